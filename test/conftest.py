@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 import copy
+import gc
 from itertools import permutations
 import os
 from pathlib import Path
@@ -20,6 +21,24 @@ if TYPE_CHECKING:
     from diffcal_ros.synthetic.recorder import SyntheticRecording
 
 _ARCHIVE = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'diffcal_public_data.tar.xz'
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as slow all but the first of a test's sets of parameters, where it asks for that."""
+    begun = set[tuple[Path, str]]()
+    for item in items:
+        if item.get_closest_marker('slow_but_first') is None:
+            continue
+        function = (item.path, item.nodeid.partition('[')[0])
+        if function in begun:
+            item.add_marker(pytest.mark.slow)
+        begun.add(function)
+
+
+def pytest_collection_finish() -> None:
+    """Take what was collected for no garbage: each collection would look through all of it."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope='session')

@@ -69,6 +69,7 @@ def thread_count(start: str, **given: str) -> int:
 
 @pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason='one core has one thread')
 @pytest.mark.parametrize('start', [COMMAND, NODE], ids=['command', 'node'])
+@pytest.mark.slow_but_first
 def test_a_program_has_one_thread_for_dense_matrices(start: str) -> None:
     """Unless the user, who may have large bodies and idle cores, asks for more."""
     assert thread_count(start) == thread_count(start, OPENBLAS_NUM_THREADS='1')

@@ -57,6 +57,7 @@ def test_nobody_asks_which_effect_it_is(package: str) -> None:
         ('diffcal_ros.cli.main', ('rclpy', 'cv2', 'torch', 'warp', 'matplotlib', 'scipy')),
     ],
 )
+@pytest.mark.slow_but_first
 def test_importing_the_core_brings_nothing_heavy_along(
     module: str, absent: tuple[str, ...]
 ) -> None:

@@ -92,6 +92,7 @@ def test_offsets_solve_the_mixed_model_equations(random) -> None:
 
 
 @pytest.mark.parametrize(('count', 'spread'), [(4, 0.2), (12, 0.06), (40, 0.2)])
+@pytest.mark.slow_but_first
 def test_intervals_hold_the_truth_and_the_spread_has_no_bias(random, count, spread) -> None:
     held, of_spread, squares = [], [], []
     for _ in range(_DRAWS):

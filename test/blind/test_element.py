@@ -119,6 +119,7 @@ def test_stiff_beam_sags_as_timoshenko_says() -> None:
     assert _sag(1.0, nu=0.0, modulus=modulus) == pytest.approx(bending + shear, rel=0.005)
 
 
+@pytest.mark.slow
 def test_sag_converges_and_does_not_lock() -> None:
     coarse, usual, fine = (_sag(refinement) for refinement in (0.5, 1.0, 1.5))
     # What the usual mesh costs: 0.3 % of the sag, less than 1 % of E.

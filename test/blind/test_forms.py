@@ -54,6 +54,7 @@ _LONG = 'nineteenth'
     'set_name',
     [pytest.param(own, marks=pytest.mark.slow) if own == _LONG else own for own in FORM_SETS],
 )
+@pytest.mark.slow
 def test_cases_of_forms_can_be_written_down(set_name: str) -> None:
     cases = list_form_cases(set_name)
     assert len({case.id for case in cases}) == len(cases)
@@ -131,6 +132,7 @@ def _given_way(setup: Setup, form: str) -> tuple[np.ndarray, np.ndarray]:
     return sizes[0][order], (sizes[1] / sizes[0])[order]
 
 
+@pytest.mark.slow
 def test_a_clamp_that_hardens_gives_way_less_than_in_proportion(setup: Setup) -> None:
     sizes, shares = _given_way(setup, 'hardening')
     assert sizes[-1] > 1.2 * sizes[0], 'poses ask unlike moments of it'

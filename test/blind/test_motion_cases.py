@@ -53,6 +53,7 @@ def test_masses_are_those_of_the_body(specimen: Specimen) -> None:
     assert np.linalg.eigvalsh(masses).min() > 0.0
 
 
+@pytest.mark.slow
 def test_a_swing_keeps_its_energy_without_damping_and_loses_it_with(specimen: Specimen) -> None:
     density = float(specimen.body.masses.sum() / specimen.body.quadrature.volumes.sum())
     masses = consistent_masses(specimen.mesh.nodes, specimen.body, density)
@@ -71,6 +72,7 @@ def test_a_swing_keeps_its_energy_without_damping_and_loses_it_with(specimen: Sp
     assert left['air'] < -0.05
 
 
+@pytest.mark.slow
 def test_creep_ends_at_the_equilibrium_of_the_relaxed_modulus(specimen: Specimen) -> None:
     share, tau = 0.3, 2.0
     load = Load(specimen.body.masses[:, None] * DOWN)

@@ -54,6 +54,7 @@ def bodies(case: Case, tmp_path_factory: pytest.TempPathFactory) -> list[np.ndar
 
 
 @pytest.mark.parametrize('name', [name for name, world in WORLDS.items() if world.is_same])
+@pytest.mark.slow_but_first
 def test_a_body_is_the_same_one_there(
     name: str, case: Case, bodies: list[np.ndarray], tmp_path: Path
 ) -> None:

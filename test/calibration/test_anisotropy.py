@@ -44,6 +44,7 @@ def test_fibres_across_do_not_explain_it(seen) -> None:
     assert wrong.gap_end.rms > 3.0 * right.gap_end.rms
 
 
+@pytest.mark.slow
 def test_one_bend_cannot_tell_fibres_from_a_stiffer_material(seen) -> None:
     both = calibrate(
         beam_scene(),

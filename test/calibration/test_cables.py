@@ -60,6 +60,7 @@ def test_slack_that_the_data_show_stays_slack() -> None:
 
 
 @pytest.mark.parametrize('start', [-0.01, pytest.param(0.03, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_cable_that_another_one_slackens_is_not_made_up(start) -> None:
     """The left one bends the finger so far that the right one hangs slack, whatever its length."""
     places = {'left': via_points(0.006), 'right': via_points(0.024)}
@@ -109,6 +110,7 @@ def test_known_pulls_of_several_postures_share_one_rest_length() -> None:
 
 
 @pytest.mark.parametrize('element', Element)
+@pytest.mark.slow_but_first
 def test_whole_chain_derivative_by_rest_length_and_stiffness(seen, element) -> None:
     """Node positions before the camera, at three steps; and the adjoint of an image loss."""
     scene = finger_scene(

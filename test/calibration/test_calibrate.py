@@ -90,6 +90,7 @@ def test_two_observations_share_one_modulus(random) -> None:
     assert statistical[1] < statistical[0]
 
 
+@pytest.mark.slow
 def test_two_postures_share_one_modulus(random) -> None:
     # Gravity along another axis: the clamp was turned.
     sideways = np.array([0.0, -2.0, 9.6])
@@ -131,6 +132,7 @@ def test_a_prior_on_the_density_decides(random) -> None:
     assert result['youngs_modulus'].std_error > 0.018 * MODULUS
 
 
+@pytest.mark.slow
 def test_a_bound_is_reported(random) -> None:
     scene = beam_scene(modulus=90e3)
     (region,) = scene.regions
@@ -176,6 +178,7 @@ def test_the_clamp_and_what_stands_in_front_weigh_nothing(random) -> None:
         pytest.param('paper', 'adam_demon', marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow_but_first
 def test_whole_image_losses_find_it_too(loss, optimizer, random) -> None:
     if optimizer == 'adam_demon':
         pytest.importorskip('torch')
@@ -230,6 +233,7 @@ def test_no_observation_is_refused() -> None:
         calibrate(beam_scene(), [])
 
 
+@pytest.mark.slow
 def test_a_pose_covariance_widens_the_errors(random) -> None:
     seen = observation(noisy(true_depth(), random))
     covariance = np.diag([1e-3, 1e-3, 1e-3, 0.02, 0.02, 0.02]) ** 2

@@ -43,6 +43,7 @@ def test_default_mode_closes_the_gap_on_the_cantilever(diffcal_data: Path) -> No
     assert result.gap_end.coverage >= 0.97
 
 
+@pytest.mark.slow
 def test_default_mode_closes_the_gap_on_the_spine(diffcal_data: Path) -> None:
     result = _fit(diffcal_data, 'h_e_s')
     assert result.gap_end.median <= 2.5e-3

@@ -44,6 +44,7 @@ def _rolled(scene, angle: float):
 
 @pytest.mark.parametrize('roll', [0.0, -2.2])
 @pytest.mark.parametrize('effect', _BODY_EFFECTS)
+@pytest.mark.slow_but_first
 def test_points_follow_amplitudes(effect, roll):
     """A placement that is turned, a modulus that differs along the body, a tilted camera.
 
@@ -94,6 +95,7 @@ def test_depth_follows_the_sensor():
 
 
 @pytest.mark.parametrize('effect', _NAMES)
+@pytest.mark.slow_but_first
 def test_a_stated_effect_is_the_fitted_one(effect):
     scene = beam_scene((6, 2, 2), region_count=2)
     parameters = make_parameters(scene, (effect,), with_edge_bias=False)
@@ -121,6 +123,7 @@ def test_amplitudes_of_zero_are_the_model_without():
     np.testing.assert_array_equal(nothing.trace.depth, there.trace.depth)
 
 
+@pytest.mark.slow
 def test_a_hidden_tilt_of_gravity_is_found(random):
     tilt = np.deg2rad(4.0)
     gravity = 9.8 * np.array([0.0, -np.cos(tilt), np.sin(tilt)])

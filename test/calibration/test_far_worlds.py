@@ -125,6 +125,7 @@ def test_points_and_slopes_do_not_follow_the_worlds_axes() -> None:
 
 
 @pytest.mark.parametrize('distance', DISTANCES)
+@pytest.mark.slow_but_first
 def test_a_motion_does_not_follow_the_origin(distance) -> None:
     fit = ('youngs_modulus', 'damping', 'clamp_offset', 'release_time', 'rigid_offset')
     fit = (*fit, 'compliant_clamp.compliance')
@@ -156,6 +157,7 @@ def _calibration(distance: float, mesh_origin: float, fit, settings) -> Calibrat
 
 
 @pytest.mark.parametrize('search', [True, False])
+@pytest.mark.slow_but_first
 def test_the_same_modulus_is_calibrated(search) -> None:
     fit = ('youngs_modulus', 'rigid_offset') if search else ('youngs_modulus',)
     settings = replace(_SETTINGS, search=search, with_mesh_error=not search)

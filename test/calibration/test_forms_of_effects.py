@@ -48,6 +48,7 @@ def _model(scene: Scene, effect: str) -> tuple[ForwardModel, np.ndarray]:
 
 
 @pytest.mark.parametrize('effect', _MOVING)
+@pytest.mark.slow_but_first
 def test_points_follow_the_form(effect):
     model, here = _model(beam_scene((4, 1, 1)), effect)
     tangents = model.tangents(here)[0]
@@ -94,6 +95,7 @@ def test_a_form_that_a_scene_states_is_the_fitted_one(effect):
 
 
 @pytest.mark.parametrize('effect', _READING)
+@pytest.mark.slow_but_first
 def test_depth_follows_an_error_that_differs_from_place_to_place(effect):
     model, here = _model(beam_scene((6, 2, 2)), effect)
     objective = RobustObjective(model)

@@ -58,6 +58,7 @@ def loss(request, random) -> _SmoothLoss:
 
 
 @pytest.mark.parametrize('step', STEPS)
+@pytest.mark.slow_but_first
 def test_whole_chain_gradient(loss: _SmoothLoss, step: float) -> None:
     parameters = loss.model.parameters
     start = _coordinates(parameters)

@@ -8,6 +8,7 @@ from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.scene.model import QUASI_STATIC, Scene
 import numpy as np
+import pytest
 from support.moving_beams import moving_model, moving_scene, slope_errors
 
 TIMES = (0.02, 1.0, 4.0, 20.0)
@@ -34,6 +35,7 @@ def test_the_body_sags_on_while_it_creeps() -> None:
     assert sag[0] > sag[1] > sag[2] > sag[3]
 
 
+@pytest.mark.slow
 def test_tangents_of_all_frames() -> None:
     model, start = _model(('youngs_modulus', 'creep', 'release_time', 'gravity_tilt'))
     for place, parameter in enumerate(model.parameters):

@@ -31,6 +31,7 @@ def _members(random, **settings) -> dict[str, Calibration]:
     }
 
 
+@pytest.mark.slow
 def test_one_modulus_explains_both_and_is_known_better_than_from_the_worse(random) -> None:
     separate = {name: member.run() for name, member in _members(random, search=False).items()}
     joint = JointCalibration(_members(random, search=False), SHARED)

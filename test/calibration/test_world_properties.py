@@ -62,6 +62,7 @@ def _expected() -> float:
 
 @_FEW
 @given(towards=vectors, distance=st.floats(0.0, 1000.0), turn=vectors)
+@pytest.mark.slow
 def test_the_worlds_origin_and_axes_do_not_matter(towards, distance, turn) -> None:
     length = max(float(np.linalg.norm(towards)), 1e-3)
     move = transform(rotation_matrix(np.pi * turn), distance / length * towards)

@@ -77,6 +77,7 @@ BAGS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize('mistake', BAGS)
+@pytest.mark.slow_but_first
 def test_a_recording_that_cannot_be_used(run_cli, recorded_beam, change_bag, tmp_path, mistake):
     changes, sentence = BAGS[mistake]
     bag = change_bag(**changes)
@@ -169,6 +170,7 @@ SCENES: dict[str, tuple[dict[str, Any], Any, str]] = {
 
 
 @pytest.mark.parametrize('mistake', SCENES)
+@pytest.mark.slow_but_first
 def test_a_scene_that_does_not_fit(run_cli, change_scene, tmp_path, mistake):
     changes, mesh, sentence = SCENES[mistake]
     scene = change_scene(changes, mesh)
@@ -211,6 +213,7 @@ def test_results_that_cannot_go_where_they_are_told(run_cli, recorded_beam, tmp_
     assert out.read_text() == 'kept'
 
 
+@pytest.mark.slow
 def test_nan_and_infinity_among_the_depths_are_left_out(
     run_cli, recorded_beam, change_bag, tmp_path
 ):

@@ -33,6 +33,7 @@ def damaged(recorded_beam, tmp_path):
     return bag
 
 
+@pytest.mark.slow
 def test_what_is_lost_is_told_in_terminal_result_and_report(
     run_cli, recorded_beam, damaged, tmp_path
 ):
@@ -53,6 +54,7 @@ def test_what_is_lost_is_told_in_terminal_result_and_report(
     assert re.search(sentence, (out / 'report.html').read_text())
 
 
+@pytest.mark.slow
 def test_a_recording_given_twice_is_refused(run_cli, recorded_beam, tmp_path):
     bag = recorded_beam.bags['observation']
     copy = shutil.copytree(bag, tmp_path / 'copy')
@@ -98,6 +100,7 @@ def test_the_focal_length_of_a_scene_is_checked_too(run_cli, change_scene):
     assert 'no camera sees so wide an angle on 400 pixels, more than 160' in ran.err + ran.out
 
 
+@pytest.mark.slow
 def test_the_camera_of_a_scene_stands_in_for_one_that_was_not_recorded(
     run_cli, change_bag, change_scene, tmp_path
 ):

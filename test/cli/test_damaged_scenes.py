@@ -41,6 +41,7 @@ def check(run_cli, folder, text) -> None:
     assert len(ran.err) < _LONGEST
 
 
+@pytest.mark.slow
 def test_one_entry_is_replaced_by_anything(run_cli, folder):
     document = example()
     pairs = [(place, value) for place in places(document) for value in DAMAGE]

@@ -61,6 +61,7 @@ def _interrupt(process: subprocess.Popen[str]) -> None:
     ('work', 'rest'),
     [('between steps', 'in order\n'), ('native code', ''), ('an object half made', '')],
 )
+@pytest.mark.slow_but_first
 def test_the_first_interrupt_ends_the_command_soon(work, rest):
     process = _start(work)
     begun = time.monotonic()

@@ -5,6 +5,7 @@
 import pytest
 
 
+@pytest.mark.slow
 def test_simulating_and_filming_are_said(run_cli, write_scene, tmp_path):
     scene = write_scene({'marker': {'dictionary': 'DICT_6X6_250', 'id': 0, 'side': 0.03}})
     options = ('--frames', 1, '--element', 'linear')

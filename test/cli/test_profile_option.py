@@ -18,6 +18,7 @@ def calibrate(run_cli, recorded_beam, tmp_path):
     return lambda *options: run_cli(*shared, '--out', tmp_path / 'out', *options)
 
 
+@pytest.mark.slow
 def test_profile_is_told_everywhere(calibrate, tmp_path):
     ran = calibrate('--profile', 'youngs_modulus')
     assert ran.code == 0

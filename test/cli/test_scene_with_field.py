@@ -80,6 +80,7 @@ def test_it_is_predicted(fitted, run_cli, tmp_path):
     assert (tmp_path / 'film' / 'depth.png').is_file()
 
 
+@pytest.mark.slow
 def test_a_fit_of_one_number_scales_it(fitted, run_cli, tmp_path):
     folder, bag = fitted
     scene = folder / 'fitted_scene.yaml'
@@ -117,6 +118,7 @@ def test_a_field_is_added_to_it(fitted, run_cli, tmp_path):
     np.testing.assert_allclose(moduli[1], written['youngs_modulus'][0], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_it_is_recorded_and_its_recording_fitted(fitted, run_cli, tmp_path):
     twin = tmp_path / 'twin'
     scene = fitted[0] / 'fitted_scene.yaml'
@@ -148,6 +150,7 @@ def test_a_diagnosis_finds_less_that_is_wrong(run_cli, tmp_path):
     assert misfit['fitted_scene'] < 0.5 * misfit['uniform']
 
 
+@pytest.mark.slow
 def test_a_fit_into_the_folder_that_it_reads_loses_nothing(fitted, run_cli, monkeypatch):
     folder = fitted[0].with_name('copy')
     shutil.copytree(fitted[0], folder)

@@ -35,6 +35,7 @@ def _calibrate(recorded_beam, out) -> int:
     return main([*map(str, arguments), '--no-search', '--no-mesh-error'])
 
 
+@pytest.mark.slow
 def test_a_reader_who_goes_away_costs_neither_files_nor_code(
     recorded_beam, tmp_path, monkeypatch, capsys
 ):
@@ -46,6 +47,7 @@ def test_a_reader_who_goes_away_costs_neither_files_nor_code(
     assert 'standard output' not in errors.getvalue()
 
 
+@pytest.mark.slow
 def test_progress_that_cannot_be_said_does_not_end_the_fit(recorded_beam, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, 'stderr', Broken(errno.EPIPE))
     assert _calibrate(recorded_beam, tmp_path / 'out') == EXIT_NOT_FITTED
@@ -80,6 +82,7 @@ def test_closed_streams_are_no_place_for_files(write_scene):
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_the_real_pipe_and_the_real_full_device(write_scene):
     code = 'import sys; from diffcal_ros.cli.main import main; sys.exit(main())'
     command = [sys.executable, '-c', code, 'check', str(write_scene()), '--no-draw']
@@ -96,6 +99,7 @@ def test_the_real_pipe_and_the_real_full_device(write_scene):
 
 
 @pytest.mark.parametrize('back_end', ['nonsense', 'module://matplotlib_inline.backend_inline'])
+@pytest.mark.slow
 def test_pictures_need_no_back_end_for_windows(write_scene, tmp_path, back_end):
     code = 'import sys; from diffcal_ros.cli.program import main; sys.exit(main())'
     words = ['check', str(write_scene()), '--draw', str(tmp_path / 'scene.png')]

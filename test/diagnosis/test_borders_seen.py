@@ -52,6 +52,7 @@ def test_a_step_that_a_displaced_body_hides_shows_beside_that(hidden):
     assert borders['depth_bias_by_region'] == pytest.approx(AT, abs=0.02)
 
 
+@pytest.mark.slow
 def test_beside_a_displaced_body_alone_nothing_shows():
     evaluator, nominal, clamped = _beside_a_clamp(_scene(LIFTS), beam_in_two_poses(16)[1])
     assert with_borders_seen_beside([clamped], evaluator, nominal) is None

@@ -63,6 +63,7 @@ def poor(recorded):
     return _examined(recorded, 0.0013)
 
 
+@pytest.mark.slow
 def test_beside_what_explains_a_large_gap_the_error_is_seen(poor):
     assert poor.evaluator.smooth_error < 0.00035, 'no more is believed than of any sensor'
     told = []
@@ -79,6 +80,7 @@ def test_beside_what_explains_a_large_gap_the_error_is_seen(poor):
     assert examined_anew(again, [model], _SETTINGS, told.append) is None
 
 
+@pytest.mark.slow
 def test_what_leaves_the_gap_hides_the_error(poor):
     wrong = _beside(poor, 'added_mass')
     assert examined_anew(poor, [wrong], _SETTINGS, lambda _: None) is None

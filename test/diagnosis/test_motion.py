@@ -52,6 +52,7 @@ _SCATTER = np.array([1, 4, -3, 5, 0, -4, 6, 2, -5, 3, -2, 6, 1, -6])
     [LATE + 1e-3 * _SCATTER, 0.012 * np.linspace(0.0, 1.0, len(_SCATTER))],
     ids=['they scatter', 'they fall behind more and more'],
 )
+@pytest.mark.slow
 def test_a_form_of_late_stamps_draws_the_modulus_less_where_it_may_be_any(late) -> None:
     """The library's form, all as late, is many standard errors off; frames are of this mesh."""
     scene = filmed_scene(is_small=True)

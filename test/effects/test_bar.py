@@ -123,6 +123,7 @@ def test_a_bar_that_was_fitted_is_fitted_on_from_there(on_bar):
     assert abs(first.fit.values_by_name()[name] - ended[name]) > 5e-4
 
 
+@pytest.mark.slow
 def test_the_bar_at_its_place_explains_what_bars_elsewhere_do_not(on_bar):
     evaluator, nominal = fit_nominal(beam_scene(), [on_bar], None)
     listed = candidates(evaluator.model.scene)

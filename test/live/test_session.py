@@ -187,6 +187,7 @@ def test_what_cannot_be_fitted_is_told_and_tried_again(drive, depth, spoil, word
     assert session_health(session).level is Level.OK
 
 
+@pytest.mark.slow
 def test_a_fit_that_fails_is_an_error_and_is_tried_again_later_and_later(drive, depth):
     running = drive(refit='tracking')
     session = running.session

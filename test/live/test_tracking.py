@@ -99,6 +99,7 @@ def stream():
     made.close()
 
 
+@pytest.mark.slow
 def test_a_step_is_followed_told_and_saved(stream, tmp_path):
     session = stream.session
     stream.track()
@@ -173,6 +174,7 @@ def test_stamps_that_stand_still_are_told(stream):
         (0.001, 'depth is 0.001 times that of the fit'),
     ],
 )
+@pytest.mark.slow
 def test_why_the_images_do_not_show_the_body_is_told(stream, factor, words):
     session = stream.session
     stream.track()
@@ -199,6 +201,7 @@ def test_a_clock_set_back_and_a_gap_of_seconds_are_lived_through(stream):
     assert stream.session.tracking.change_count == 0
 
 
+@pytest.mark.slow
 def test_another_image_size_a_pause_and_a_reset_end_it(stream):
     session = stream.session
     stream.track()
@@ -228,6 +231,7 @@ def test_other_settings_end_it_and_the_next_fit_starts_where_it_was(stream):
     assert first == pytest.approx(MODULUS, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_camera_that_looks_into_a_material_is_followed_as_it_was_fitted():
     """What the fit has added to its model is in the tracker's as well."""
     stream = Stream(2, ('youngs_modulus', 'rigid_offset'))

@@ -100,6 +100,7 @@ def test_steps_by_a_tolerance_find_the_same(released, fitted, tmp_path):
         assert wrong < _UNSEEN * expected[name].std_error, name
 
 
+@pytest.mark.slow
 def test_the_report_shows_a_few_frames(quick, tmp_path):
     calibration, result, _ = quick
     write_report(tmp_path / 'report.html', calibration, result)

@@ -115,6 +115,7 @@ def test_an_unknown_pose_is_refused(scene):
         open_inputs(scene, [], pose_source='stored')
 
 
+@pytest.mark.slow
 def test_the_same_recording_gives_the_same_numbers(scene, inputs, tmp_path):
     results = [
         run_calibration(open_inputs(scene, []), SETTINGS, tmp_path / name)[1]

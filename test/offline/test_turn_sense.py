@@ -30,6 +30,7 @@ def senses(result):
     return [warning for warning in result.warnings if 'other way round' in warning]
 
 
+@pytest.mark.slow
 def test_the_wrong_sense_is_told_with_its_remedy(twisted, tmp_path):
     wrong = replace(twisted, scene=other_sense(twisted.scene))
     _, result = run_calibration(wrong, SETTINGS, tmp_path)
@@ -38,6 +39,7 @@ def test_the_wrong_sense_is_told_with_its_remedy(twisted, tmp_path):
     assert 'change the sign of angle_deg' in note
 
 
+@pytest.mark.slow
 def test_the_right_sense_is_left_alone(twisted, tmp_path):
     _, result = run_calibration(twisted, SETTINGS, tmp_path)
     assert senses(result) == []

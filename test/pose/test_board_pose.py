@@ -106,6 +106,7 @@ def detector(target):
 
 
 @pytest.mark.parametrize('name', POSES)
+@pytest.mark.slow_but_first
 def test_corners_are_found_without_bias(detector, random, name):
     (image,) = exposed(picture(name), random, 1)
     found = detector.detect(image)
@@ -145,6 +146,7 @@ def test_a_part_is_known_less_well_than_the_whole(detector, random):
     assert (spreads[1] > 1.2 * spreads[0])[2:5].all()
 
 
+@pytest.mark.slow
 def test_covariance_tells_the_scatter(target, random):
     pose = POSES['upright']
     distances = []

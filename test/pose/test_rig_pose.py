@@ -46,6 +46,7 @@ def test_exact_corners_give_the_exact_pose(color_camera, target, marker_pose):
     assert fused.reprojection_error < 1e-3
 
 
+@pytest.mark.slow
 def test_many_frames_settle_what_single_frames_mistake(color_camera, target, marker_pose, random):
     single_flips = fused_flips = 0
     for axis in range(0, 360, 30):
@@ -60,6 +61,7 @@ def test_many_frames_settle_what_single_frames_mistake(color_camera, target, mar
     assert fused_flips == 0
 
 
+@pytest.mark.slow
 def test_the_solution_that_explains_all_frames_better_is_kept(
     color_camera, target, marker_pose, random
 ):
@@ -86,6 +88,7 @@ def test_frames_gone_wrong_do_not_count(color_camera, target, marker_pose, rando
     assert np.linalg.norm(fused.camera_from_marker[:3, 3] - pose[:3, 3]) < 0.5e-3
 
 
+@pytest.mark.slow
 def test_covariance_tells_the_scatter(color_camera, target, marker_pose, random):
     pose = marker_pose(40.0)
     distances, turns = [], []

@@ -84,6 +84,7 @@ def test_too_many_frames_are_refused_before_anything_is_simulated(moving_scene):
         predict_bodies(moving_scene, FilmTimes(100.0, 600.0))
 
 
+@pytest.mark.slow
 def test_a_body_that_finds_no_rest_is_told(tmp_path):
     modulus = {'start': 1.0, 'min': 0.5, 'max': 1e6}
     scene = load_scene(write_beam_scene(tmp_path, {'regions.body.youngs_modulus': modulus}))

@@ -89,6 +89,7 @@ def test_a_wall_in_place_of_the_body_is_something_larger(mesh, shape, pose, dept
     assert ImageScore(depth, CAMERA, 2).at(sample, there, tolerance)[0] > 0.5
 
 
+@pytest.mark.slow
 def test_a_body_is_found_anywhere_in_the_image(mesh, shape, pose, depth):
     found = PlaceSearch(mesh, depth, CAMERA, DOWN).candidates([shape])
     true = apply(pose, shape.positions)

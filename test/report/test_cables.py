@@ -11,9 +11,11 @@ from diffcal_ros.report.naming import short_values, title
 from diffcal_ros.report.scene_picture.scene_drawing import draw_scene
 from diffcal_ros.report.tables.scene_table import format_rows, scene_rows
 import numpy as np
+import pytest
 from support.fingers import cable, filmed, finger_scene, via_points
 
 
+@pytest.mark.slow
 def test_cables_are_drawn_on_the_simulated_body() -> None:
     seen = filmed(cable('tendon', 0.02, via_points()))
     scene = finger_scene(cable('tendon', 0.005, via_points()))

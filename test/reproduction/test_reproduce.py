@@ -59,6 +59,7 @@ def test_all_starts_find_the_truth(reproduced) -> None:
     assert page.count('<img') == 4
 
 
+@pytest.mark.slow
 def test_what_is_done_is_not_done_twice(reproduced) -> None:
     row_file, out = reproduced
     times = {path: path.stat().st_mtime_ns for path in out.rglob('start_*.json')}
@@ -69,6 +70,7 @@ def test_what_is_done_is_not_done_twice(reproduced) -> None:
     assert [path for path in times if times[path] != again[path]] == [unfinished]
 
 
+@pytest.mark.slow
 def test_a_field_is_fitted_beside_the_parameters(row_file, tmp_path) -> None:
     row = {**ROW, 'variants': [{'name': 'field', 'modulus_field': True}]}
     row_file.write_text(yaml.safe_dump(row))
@@ -91,6 +93,7 @@ def test_experiments_side_by_side_are_all_done(row_file, tmp_path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != 'linux', reason='looks into /proc')
+@pytest.mark.slow
 def test_its_processes_do_not_outlive_it(row_file, tmp_path) -> None:
     other = row_file.with_name('other.yaml')
     other.write_text(row_file.read_text())
@@ -153,6 +156,7 @@ def test_what_is_asked_for_must_make_sense(tmp_path, capsys) -> None:
     assert '0 jobs were asked for: give at least 1' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_start_that_cannot_be_simulated_is_told(row_file, tmp_path) -> None:
     (plain, _) = ROW['variants']
     soft = {'start': 0.7, 'min': 0.1, 'max': 2.0}

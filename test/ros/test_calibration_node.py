@@ -158,6 +158,7 @@ def test_depth_without_a_single_valid_pixel_is_an_error(make_rig):
     assert rig.bench.call(Trigger, 'calibration/reset').success
 
 
+@pytest.mark.slow
 def test_a_fit_that_fails_is_logged_once_and_its_values_stay_on_their_topics(make_rig, capfd):
     rig = make_rig()
     rig.info.publish(camera_info())

@@ -87,6 +87,7 @@ def test_the_sample_bag_ends_in_the_same_modulus_as_offline(make_bench, start_no
         assert 'Traceback' not in node.output
 
 
+@pytest.mark.slow
 def test_a_second_node_of_the_same_name_says_so_and_ends(start_node, make_bench):
     first = start_node('depth_source')
     second = start_node('depth_source')
@@ -101,6 +102,7 @@ def test_a_second_node_of_the_same_name_says_so_and_ends(start_node, make_bench)
     assert 'Traceback' not in ended.output
 
 
+@pytest.mark.slow
 def test_bare_nodes_say_what_they_want_and_end_without_a_trace(start_node, make_bench):
     nodes = [start_node(name) for name in NODES]
     bench = make_bench()
@@ -121,6 +123,7 @@ def test_bare_nodes_say_what_they_want_and_end_without_a_trace(start_node, make_
         ({'ROS_LOG_DIR': '/dev/null/log'}, [], 'ROS_LOG_DIR'),
     ],
 )
+@pytest.mark.slow_but_first
 def test_what_ros_gives_up_at_is_told(variables, arguments, words):
     code = 'import sys; from diffcal_ros.ros.marker_pose_node import main; sys.exit(main())'
     done = subprocess.run(
@@ -136,6 +139,7 @@ def test_what_ros_gives_up_at_is_told(variables, arguments, words):
     assert 'Traceback' not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_wrong_value_at_the_start_ends_the_node_with_a_sentence(start_node):
     node = start_node('calibration', {'loss': 'squared'})
     assert node.child.wait(60.0) == 2

@@ -53,6 +53,7 @@ def test_a_recording_comes_as_it_was_made(make_bench, bag):
     assert transforms[0].child_frame_id == recording.color_frame_id
 
 
+@pytest.mark.slow
 def test_it_waits_for_as_many_as_are_asked_for(make_bench, bag):
     bench = make_bench({'bag': bag, 'subscribers': 2, 'wait_for_subscriber': 60.0})
     images = bench.collect(Image, 'depth/image_rect_raw')
@@ -129,6 +130,7 @@ def test_bad_recordings_are_told_and_a_good_one_cures(make_bench, bag, tmp_path)
     bench.status(REPLAY, OK, 'was replayed to its end')
 
 
+@pytest.mark.slow
 def test_live_topics_are_passed_on_and_bad_images_are_not(make_bench):
     bench = make_bench({'depth_from_color': '[0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]'})
     passed = bench.collect(Image, 'depth/image_rect_raw')

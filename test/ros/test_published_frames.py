@@ -128,6 +128,7 @@ def test_a_recordings_still_frames_are_passed_on(make_bench, bag, recorded_beam,
     bench.until(lambda: len(late.still) == 2, 'the latched message')
 
 
+@pytest.mark.slow
 def test_a_recordings_moving_frames_go_with_its_images(make_bench, turning_bag, messages):
     """Loops go on, the frames of others are left to them, and what is unusable is left out."""
     bench = make_bench({'bag': turning_bag, 'wait_for_subscriber': 5.0, 'loop': True})

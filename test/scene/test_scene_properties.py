@@ -43,6 +43,7 @@ def tried(path):
 
 @_MANY
 @given(section=st.sampled_from(_SECTIONS), value=values)
+@pytest.mark.slow
 def test_any_value_of_any_section_is_read_or_refused(write_scene, section, value):
     path = write_scene()
     document = yaml.safe_load(path.read_text())

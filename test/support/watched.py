@@ -3,11 +3,14 @@
 """Observations of a beam that were watched for several frames, from another mesh."""
 
 from dataclasses import replace
+from functools import cache
 
 from diffcal_ros.calibration.forward.forward_model import ForwardModel
 from diffcal_ros.calibration.observations.observation import fuse_frames, Observation
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.residuals.robust_residual import make_comparers
+from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.depth.trace import Trace
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -16,6 +19,11 @@ from scipy.ndimage import gaussian_filter
 from support.scenes import beam_scene, noisy, observation, true_depth
 
 _FRAMES = 8
+
+
+_beam = cache(beam_scene)
+# The body is in one place wherever the camera errs, and traced once for each scene.
+_TRACES: dict[tuple[int, int, PinholeCamera, bytes], tuple[Scene, Trace]] = {}
 
 
 def watched(*, seed: int, tilt: float = 0.0, bias: float = 0.0) -> Observation:
@@ -54,7 +62,16 @@ def with_step(
         step: of depth [m].
         counts: elements of the mesh between two of whose layers it lies.
     """
-    return with_part(observation, {'at': at}, step, beam_scene(counts))
+    return with_part(observation, {'at': at}, step, _beam(counts))
+
+
+def _traced(scene: Scene, seen: Observation) -> Trace:
+    """Return what a camera sees of a body without an error."""
+    key = id(scene), seen.setup_index, seen.camera, seen.depth_from_world.tobytes()
+    if key not in _TRACES:
+        model = ForwardModel(scene, [seen], make_parameters(scene, ('youngs_modulus',)))
+        _TRACES[key] = scene, model.views(model.parameters.start())[0].trace
+    return _TRACES[key][1]
 
 
 def with_part(
@@ -71,9 +88,9 @@ def with_part(
         step: of depth [m].
         scene: of the beam, with the posture.
     """
+    trace = _traced(scene, observation)
     scene = replace(scene, effects={'depth_bias_by_region': settings})
     model = ForwardModel(scene, [observation], make_parameters(scene, ('youngs_modulus',)))
-    trace = model.views(model.parameters.start())[0].trace
     beyond = make_comparers(model)[0].is_second(trace) & (trace.faces >= 0)
     depth = observation.depth.copy()
     depth[trace.rows, trace.columns][beyond] += np.float32(step)

@@ -64,6 +64,7 @@ def test_outward_points_from_the_clamp_to_the_body():
     assert body.outward @ (body.rest.mean(axis=0) - held.mean(axis=0)) > 0.0
 
 
+@pytest.mark.slow
 def test_a_body_that_finds_no_rest_is_bad_input():
     scene = beam_scene(modulus=1e3, gravity=np.array([0.0, -2000.0, 0.0]))
     with pytest.raises(SceneError, match=r'start values of .* cannot be simulated'):

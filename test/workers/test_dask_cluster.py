@@ -32,6 +32,7 @@ def test_a_task_that_fails_does_not_end_the_others(three_workers) -> None:
     assert {task: one.result for task, one in ended.items()} == {n: n for n in (0, 1, 2, 4)}
 
 
+@pytest.mark.slow
 def test_what_a_worker_was_at_when_it_died_is_done_by_another(tmp_path) -> None:
     with dask_processes(tmp_path, 3) as running:
         tasks = [(n, str(tmp_path / 'fallen')) for n in range(9)]

@@ -25,6 +25,7 @@ from support.scenes import beam_scene, observation, true_depth
 
 
 @pytest.mark.parametrize('spacing', [None, 0.015], ids=['tets', 'grid'])
+@pytest.mark.slow
 def test_two_halves_are_told_apart(spacing) -> None:
     calibration, field = fitted_halves(spacing)
     truth = log_truth(calibration)
@@ -36,6 +37,7 @@ def test_two_halves_are_told_apart(spacing) -> None:
     assert 0.4 * np.log(3.0) < contrast < 1.1 * np.log(3.0)
 
 
+@pytest.mark.slow
 def test_the_gap_falls_to_the_noise() -> None:
     _, field = fitted_halves()
     assert field.weights.reason.startswith('the residuals reach')

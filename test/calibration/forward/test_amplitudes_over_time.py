@@ -54,6 +54,7 @@ def _model(
 
 
 @pytest.mark.parametrize('effect', ['gravity_tilt', 'time_offset', 'rigid_offset'])
+@pytest.mark.slow
 def test_tangents_are_the_slopes_of_all_frames(effect) -> None:
     model, start = _model(effect)
     for place in range(len(start) - 3, len(start)):
@@ -62,6 +63,7 @@ def test_tangents_are_the_slopes_of_all_frames(effect) -> None:
 
 
 @pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit', QUASI_STATIC])
+@pytest.mark.slow
 def test_what_pushes_along_gravity_for_a_while_has_slopes_too(integrator) -> None:
     model, start = _model('gravity_tilt', integrator, more_of='heavier')
     tilted = start.copy()

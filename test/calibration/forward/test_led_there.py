@@ -57,6 +57,7 @@ def test_what_is_found_at_once_takes_one_evaluation(monkeypatch) -> None:
     assert len(asked) == 1, 'and none where it is'
 
 
+@pytest.mark.slow
 def test_where_no_way_leads_it_is_said_and_the_model_stays_of_use() -> None:
     model = _model('youngs_modulus', 'rest_curvature')
     start = model.parameters.start()

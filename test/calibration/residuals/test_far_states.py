@@ -20,6 +20,7 @@ def _objective() -> tuple[RobustObjective, np.ndarray]:
     return RobustObjective(model), parameters.start()
 
 
+@pytest.mark.slow
 def test_figures_of_a_far_state_are_those_of_the_way_there() -> None:
     objective, start = _objective()
     straight = objective.misfit(start)

@@ -40,6 +40,7 @@ def _fit(
 
 @pytest.mark.parametrize('step', [_STEP, pytest.param(-0.9 * _STEP, marks=pytest.mark.slow)])
 @pytest.mark.parametrize('start', [20e3, pytest.param(1e6, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_a_step_beyond_a_robust_fit_is_found_and_told(step: float, start: float) -> None:
     calibration, result = _fit(step, start)
     assert result.outcome is Outcome.CONVERGED
@@ -64,6 +65,7 @@ def test_without_it_half_of_the_body_is_left_out() -> None:
     assert _NAME not in result.values()
 
 
+@pytest.mark.slow
 def test_nothing_is_added_where_both_materials_are_read_alike() -> None:
     _, result = _fit(0.0)
     assert result.outcome is Outcome.CONVERGED

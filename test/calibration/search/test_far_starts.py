@@ -86,6 +86,7 @@ def test_without_the_search_a_far_start_is_not_called_converged() -> None:
     assert is_right or result.outcome is not Outcome.CONVERGED
 
 
+@pytest.mark.slow
 def test_shapes_of_linear_elements_stand_for_the_bodys_own() -> None:
     scene, seen = _far(MODULUS)
     calibration = Calibration(scene, seen, _QUICK)

@@ -102,11 +102,13 @@ def searches(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return noted
 
 
+@pytest.mark.slow
 def test_an_answer_that_may_be_used_is_taken_as_it_is(searches: list[float]) -> None:
     assert Calibration(_scene(90e3), [observation(true_depth())]).run().outcome.exit_code == 0
     assert searches == [1.0]
 
 
+@pytest.mark.slow
 def test_one_that_may_not_is_looked_for_again(searches: list[float]) -> None:
     """Half of the measured body is missing here, which no placement mends."""
     depth = true_depth()

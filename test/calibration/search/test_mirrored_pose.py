@@ -53,6 +53,7 @@ def test_the_body_tells_which_pose_is_the_markers(random, is_given_first) -> Non
     assert told is not is_given_first
 
 
+@pytest.mark.slow
 def test_a_wrong_pose_alone_is_not_called_converged(random) -> None:
     _, mirrored = _two_poses()
     seen = observation(noisy(true_depth(), random), pose=mirrored)

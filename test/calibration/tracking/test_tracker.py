@@ -42,6 +42,7 @@ def test_frames_average_until_the_memory_is_full():
     assert told[-1].frames_worth == pytest.approx(18.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_step_is_followed_and_told_once():
     film = Film()
     film.shoot([exact()] * 20)
@@ -62,6 +63,7 @@ def test_a_step_is_followed_and_told_once():
     assert moduli[-1] == pytest.approx(STEP * MODULUS, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_slow_change_is_followed_without_a_search():
     film = Film(fit=ALONE)
     film.shoot([exact()] * 20)
@@ -98,6 +100,7 @@ def test_after_a_step_it_is_as_sure_as_before():
     assert shares[1] < 1.4 * STEP * shares[0]
 
 
+@pytest.mark.slow
 def test_a_body_that_is_gone_is_missed_and_found_again():
     film = Film()
     film.shoot([exact()] * 20)
@@ -133,6 +136,7 @@ def test_another_stretch_of_the_stream_begins_with_what_was_known():
     assert modulus(told[-1]) == pytest.approx(MODULUS, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_followed_is_refused():
     scene = beam_scene((8, 2, 2))
     two = [observation(exact())] * 2

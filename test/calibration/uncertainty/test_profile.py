@@ -38,6 +38,7 @@ def test_small_errors_have_the_laplace_interval(depth) -> None:
     assert found.rises.min() > -0.02
 
 
+@pytest.mark.slow
 def test_others_are_fitted_again_as_one_is_held(depth) -> None:
     """With the placement free the modulus may go farther: the profile widens like its error."""
     scene = beam_scene(modulus=1.2 * MODULUS)

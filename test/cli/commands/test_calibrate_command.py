@@ -125,6 +125,7 @@ def test_the_table_is_short_and_progress_goes_elsewhere(done):
     assert len(steps) == done.result['iterations'] + 1
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_a_bar(calibrate, monkeypatch):
     leader, follower = os.openpty()
     fcntl.ioctl(follower, termios.TIOCSWINSZ, struct.pack('HHHH', 40, 120, 0, 0))
@@ -145,6 +146,7 @@ def test_the_fitted_scene_starts_where_the_fit_ended(done):
     assert fitted.regions[0].youngs_modulus.start == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_the_data_cannot_tell_is_code_3_and_no_scene(calibrate, tmp_path):
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'fitted_scene.yaml').write_text('of an earlier run')
@@ -156,6 +158,7 @@ def test_what_the_data_cannot_tell_is_code_3_and_no_scene(calibrate, tmp_path):
     assert names(tmp_path / 'out') == {'result.json', 'report.html'}
 
 
+@pytest.mark.slow
 def test_a_body_that_is_nowhere_in_the_image_is_code_3(calibrate, change_scene, tmp_path):
     scene = change_scene({'placement.translation': [-0.25, -0.055, -0.035]})
     ran = calibrate(QUICK, scene=scene)
@@ -166,6 +169,7 @@ def test_a_body_that_is_nowhere_in_the_image_is_code_3(calibrate, change_scene, 
     assert (tmp_path / 'out' / 'report.html').is_file()
 
 
+@pytest.mark.slow
 def test_options_reach_the_fit(calibrate, tmp_path):
     pytest.importorskip('torch', reason='adam_demon needs torch')
     options = ('--loss', 'l1', '--optimizer', 'adam_demon', '--max-iterations', '3', QUICK)
@@ -179,6 +183,7 @@ def test_options_reach_the_fit(calibrate, tmp_path):
     assert asked == ['youngs_modulus', *(f'rigid_offset.{a}' for a in OFFSET_AXES)]
 
 
+@pytest.mark.slow
 def test_a_stored_pose_is_used_as_it_is(done, calibrate, change_scene, recorded_beam, tmp_path):
     truth = json.loads(recorded_beam.truth.read_text())
     pose = np.array(truth['observations']['observation']['depth_from_world'])
@@ -199,6 +204,7 @@ def test_a_stored_pose_is_used_as_it_is(done, calibrate, change_scene, recorded_
     assert done.result['gap']['start']['median_mm'] < 1.0
 
 
+@pytest.mark.slow
 def test_an_interrupted_fit_keeps_its_last_state(recorded_beam, tmp_path):
     """A fit that would take hours is interrupted after its second step."""
     pytest.importorskip('torch', reason='adam_demon needs torch')
@@ -250,6 +256,7 @@ def test_a_full_disk_leaves_no_part_of_a_result(calibrate, tmp_path):
     assert names(tmp_path / 'out') == set()
 
 
+@pytest.mark.slow
 def test_a_disk_too_full_for_the_report_keeps_the_numbers(calibrate, tmp_path):
     with largest_file(60_000):
         ran = calibrate(QUICK)
@@ -268,6 +275,7 @@ def test_a_folder_in_place_of_a_file_is_told_before_the_fit(calibrate, tmp_path)
     assert names(tmp_path / 'out') == {'report.html'}
 
 
+@pytest.mark.slow
 def test_a_report_that_cannot_be_written_costs_no_scene(calibrate, tmp_path, monkeypatch):
     monkeypatch.setattr(calibrate_command, '_check_targets', lambda out: None)
     (tmp_path / 'out' / 'report.html').mkdir(parents=True)
@@ -301,6 +309,7 @@ def test_all_laws_are_ranked(recorded_beam, tmp_path, capsys):
     assert read_result(tmp_path / laws[0])['scene']['law'] == laws[0]
 
 
+@pytest.mark.slow
 def test_one_law_is_fitted_and_written_to_the_scene(recorded_beam, tmp_path):
     bag = recorded_beam.bags['observation']
     arguments = ['calibrate', str(bag), '--scene', str(recorded_beam.scene), '--no-mesh-error']

@@ -55,6 +55,7 @@ def test_a_drawing_that_cannot_be_written_is_bad_input(write_scene, tmp_path, ca
     assert 'diffcal check: ' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_checking_needs_neither_opencv_nor_warp(write_scene, tmp_path):
     """A fresh interpreter, because others in this run may have imported them."""
     code = (

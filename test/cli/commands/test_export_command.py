@@ -82,6 +82,7 @@ def test_calibrate_for_a_simulator_and_export_to_it(run_cli, recorded_beam, tmp_
     assert listed['regions']['body']['youngs_modulus'] == pytest.approx(value)
 
 
+@pytest.mark.slow
 def test_a_simulator_that_cannot_be_fitted_costs_no_report(run_cli, recorded_beam, tmp_path):
     bag, fit = recorded_beam.bags['observation'], tmp_path / 'fit'
     options = ('--no-search', '--no-mesh-error', '--fit', 'rigid_offset', '--for', 'sofa')

@@ -55,6 +55,7 @@ def test_options_reach_the_camera(simulate, tmp_path):
     assert middle == pytest.approx([-pose[i][3] for i in range(3)], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_there_is_kept_unless_overwriting(simulate, tmp_path):
     few = ('--frames', 1, '--color-frames', 0)
     assert simulate(*few).code == EXIT_DONE

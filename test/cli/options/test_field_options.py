@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.slow
 def test_a_field_is_fitted_drawn_and_written(run_cli, recorded_beam, tmp_path) -> None:
     out = tmp_path / 'fit'
     done = run_cli(

@@ -38,6 +38,7 @@ def _ramped(begin, end, height, steps=9):
 @pytest.mark.parametrize(
     ('at', 'step'), [(0.3, 0.0015), (0.66, -0.002), (0.437, 0.0045), (0.3, -0.0035)]
 )
+@pytest.mark.slow_but_first
 def test_a_small_step_is_found_where_it_begins(at, step):
     evaluator, _ = fit_nominal(SCENE, [with_step(watched(seed=4), at, step)], None)
     boundaries = _boundaries(evaluator.model.scene)
@@ -47,23 +48,24 @@ def test_a_small_step_is_found_where_it_begins(at, step):
 
 
 @pytest.mark.parametrize(
-    'seen',
+    'look',
     [
-        pytest.param(watched(seed=4), id='nothing'),
-        pytest.param(watched(seed=4, tilt=0.06), id='tilt'),
-        pytest.param(watched(seed=4, bias=0.003), id='bias of the whole'),
-        pytest.param(_ramped(0.26, 0.34, 0.002), id='ramp over a twelfth of the length'),
+        pytest.param(lambda: watched(seed=4), id='nothing'),
+        pytest.param(lambda: watched(seed=4, tilt=0.06), id='tilt'),
+        pytest.param(lambda: watched(seed=4, bias=0.003), id='bias of the whole'),
+        pytest.param(lambda: _ramped(0.26, 0.34, 0.002), id='ramp over a twelfth of the length'),
         pytest.param(
-            with_step(watched(seed=4), 0.5, 0.0015), id='middle, where it is sought anyway'
+            lambda: with_step(watched(seed=4), 0.5, 0.0015), id='middle, where it is sought anyway'
         ),
         pytest.param(
-            replace(with_step(watched(seed=4), 0.3, 0.0015), frame_count=1, noise=np.nan),
+            lambda: replace(with_step(watched(seed=4), 0.3, 0.0015), frame_count=1, noise=np.nan),
             id='floor is a guess',
         ),
     ],
 )
-def test_what_is_no_step_elsewhere_moves_no_border(seen):
-    evaluator, _ = fit_nominal(SCENE, [seen], None)
+@pytest.mark.slow_but_first
+def test_what_is_no_step_elsewhere_moves_no_border(look):
+    evaluator, _ = fit_nominal(SCENE, [look()], None)
     assert _boundaries(evaluator.model.scene) == {}
 
 

@@ -101,10 +101,12 @@ def test_spots_are_read_the_right_way_round_where_they_are_most_of_the_body():
         ),
     ],
 )
+@pytest.mark.slow
 def test_what_are_no_spots_are_not_taken_for_some(seen):
     assert _fitted(seen())[2] is None
 
 
+@pytest.mark.slow
 def test_spots_leave_far_less_than_what_was_found_before():
     cells = _print('squares')
     scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})
@@ -115,6 +117,7 @@ def test_spots_leave_far_less_than_what_was_found_before():
     assert find_spots(evaluator, nominal, parts_of(spot_settings(cells))) == []
 
 
+@pytest.mark.slow
 def test_of_two_readings_the_one_that_explains_more_is_placed_anew():
     cells = _print('stickers')
     scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})

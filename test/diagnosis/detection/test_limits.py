@@ -65,6 +65,7 @@ def _seen_with(mass: float):
     return several_frames(depth, np.random.default_rng(5))
 
 
+@pytest.mark.slow
 def test_a_modulus_follows_a_mass_as_tangents_say():
     scene = beam_scene((6, 2, 2))
     evaluator, nominal = fit_nominal(scene, [_seen_with(0.0)], None)

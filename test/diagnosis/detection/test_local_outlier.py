@@ -148,6 +148,7 @@ def _along(evaluator):
 
 @pytest.mark.parametrize('begins', [0.4, 0.6, 0.75, 0.85])
 @pytest.mark.parametrize('direction', [(0.0, 0.0, 1.0), (0.0, 1.0, 0.5)])
+@pytest.mark.slow_but_first
 def test_an_end_that_bends_on_its_own_is_the_body(clearly_screened, draws, begins, direction):
     evaluator, _, _ = clearly_screened
     beyond = np.clip((_along(evaluator) - begins) / (1.0 - begins), 0.0, 1.0)
@@ -196,6 +197,7 @@ def test_what_bends_from_a_place_on_is_curvature_integrated_twice(begins):
     assert _bending(along, begins)[-1, -1] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_thing_before_a_clean_body_is_told_and_the_body_agrees():
     seen = watched(seed=4)
     depth = seen.depth.copy()

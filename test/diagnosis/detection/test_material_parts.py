@@ -53,6 +53,7 @@ def _stated(seen):
         pytest.param({'at': 0.3, 'b_from': 0.985}, marks=pytest.mark.slow, id='a painted face'),
     ],
 )
+@pytest.mark.slow_but_first
 def test_a_part_is_found_where_it_is(part):
     found = _stated(_with(part))
     assert bands.borders(found) == pytest.approx(bands.borders(part), abs=0.015)
@@ -80,10 +81,12 @@ def _leaning(height, steps=16):
         pytest.param(lambda: _with(STICKER)[:1], id='one pose'),
     ],
 )
+@pytest.mark.slow
 def test_what_is_no_part_is_not_taken_for_one(seen):
     assert not set(surface_parts.SETTINGS) & set(_stated(seen()))
 
 
+@pytest.mark.slow
 def test_a_part_stands_out_from_what_bands_leave():
     scene = replace(_scene(), effects={'depth_bias_by_region': {'at': 0.5}})
     evaluator, nominal = fit_nominal(scene, _with({'at': 0.25, 'a_from': 0.6}), None)
@@ -102,6 +105,7 @@ def test_a_part_stands_out_from_what_bands_leave():
         ),
     ],
 )
+@pytest.mark.slow
 def test_two_parts_are_found_with_how_high_each_is(further, times):
     first = {'at': 0.6} if times < 0.0 else {'at': 0.25, 'a_from': 0.6}
     parts = [*parts_of(first), replace(parts_of(further)[0], times=times)]
@@ -118,6 +122,7 @@ def test_two_parts_are_found_with_how_high_each_is(further, times):
         assert own.times == pytest.approx(true.times, abs=0.1)
 
 
+@pytest.mark.slow
 def test_two_paints_meet_where_one_ends():
     seen = [with_part(own, {'at': 0.3, 'until': 0.7}, -0.003, _scene()) for own in _seen()]
     seen = [with_part(own, {'at': 0.7}, 0.005, _scene()) for own in seen]
@@ -181,6 +186,7 @@ def test_what_has_one_number_is_beyond_the_same_jumps(random):
     assert len(firsts) < 0.9 * len(places)
 
 
+@pytest.mark.slow
 def test_pixels_that_are_alike_may_be_taken_together():
     evaluator, nominal = fit_nominal(_scene(), _seen(), None)
     plain = with_jumps(evaluator, nominal, rectangles.jumps_of)

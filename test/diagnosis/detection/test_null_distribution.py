@@ -23,6 +23,7 @@ def smooth(screened):
     return fit, replace(screen, scores=scores, noise_scale=1.0)
 
 
+@pytest.mark.slow
 def test_clean_data_get_even_chances(smooth, random):
     fit, screen = smooth
     found = []

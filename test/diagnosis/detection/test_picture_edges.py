@@ -61,6 +61,7 @@ def _edge(places, height=HEIGHT, width=0.0, curve=0.0):
 
 @pytest.mark.parametrize('height', [HEIGHT, -HEIGHT])
 @pytest.mark.parametrize('outliers', [0.0, 0.12])
+@pytest.mark.slow
 def test_an_edge_at_one_place_is_found(random, height, outliers):
     views = _views(random, _edge([0.013] * 4, height), outliers=outliers)
     found = straight_edge(views, is_fixed=True)
@@ -71,6 +72,7 @@ def test_an_edge_at_one_place_is_found(random, height, outliers):
     assert all(own == edge for own in found.edges.values())
 
 
+@pytest.mark.slow
 def test_an_edge_that_moves_from_pose_to_pose_is_found_with_its_width(random):
     places = (0.06, 0.0, -0.02, 0.04)
     views = _views(random, _edge(places, width=0.02))
@@ -89,6 +91,7 @@ def _middle(edge):
 
 @pytest.mark.parametrize('curve', [5.0, -6.0])
 @pytest.mark.parametrize('places', [(0.02,) * 4, (0.07, 0.04, 0.02, -0.01)])
+@pytest.mark.slow
 def test_a_round_edge_is_found(random, curve, places):
     views = _views(random, _edge(places, curve=curve), outliers=0.05)
     found = edge_in_views(views)
@@ -105,6 +108,7 @@ def test_a_round_edge_is_found(random, curve, places):
 
 
 @pytest.mark.parametrize('curve', [0.0, 0.2])
+@pytest.mark.slow
 def test_one_that_is_about_straight_is_straight(random, curve):
     views = _views(random, _edge([0.013] * 4, curve=curve))
     assert edge_in_views(views).edges[0].curve == 0.0
@@ -140,6 +144,7 @@ def test_two_poses_with_a_step_each_have_no_edge_that_moves(random):
         ),
     ],
 )
+@pytest.mark.slow
 def test_what_is_no_edge_in_the_picture_is_none(random, read):
     views = _views(random, read)
     for search in (straight_edge, round_edge):
@@ -160,6 +165,7 @@ def turned():
     return rolled(turns, np.zeros((3, 6)), (8, 2, 2))
 
 
+@pytest.mark.slow
 def test_an_edge_that_a_camera_has_is_seen_beside_a_body_that_is_bent_for_it(turned):
     scene, seen = turned
     evaluator, nominal = fit_nominal(scene, _beyond_an_edge(seen), None)
@@ -175,6 +181,7 @@ def test_an_edge_that_a_camera_has_is_seen_beside_a_body_that_is_bent_for_it(tur
     assert find_picture_edge(evaluator, nominal) is None
 
 
+@pytest.mark.slow
 def test_a_camera_that_has_none_sees_none(turned):
     evaluator, _ = fit_nominal(*turned, None)
     assert not evaluator.model.scene.effects

@@ -47,6 +47,7 @@ def _stated(seen):
         ),
     ],
 )
+@pytest.mark.slow_but_first
 def test_a_slanted_border_is_found_where_it_is(part, height):
     (found,) = parts_of(_stated(_with(part, height)))
     (true,) = parts_of(part)
@@ -79,6 +80,7 @@ def _ramped(height, steps=16):
         pytest.param(lambda: [_with(SLANTED, 0.006)[0], _seen()[1]], id='before one of two'),
     ],
 )
+@pytest.mark.slow
 def test_what_does_not_end_aslant_is_not_said_to(seen):
     assert not {'slant_a', 'slant_b'} & set(_stated(seen()))
 

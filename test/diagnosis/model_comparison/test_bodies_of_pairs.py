@@ -41,6 +41,7 @@ def _leaving(pair, per_patch):
     return replace(pair, fit=replace(pair.fit, chi_square=per_patch * pair.fit.patch_count))
 
 
+@pytest.mark.slow
 def test_a_step_shows_beside_the_clamp_that_a_pair_has(lifted_step):
     evaluator, nominal = lifted_step
     pair = _pair(evaluator, nominal, 'depth_affine')
@@ -54,6 +55,7 @@ def test_a_step_shows_beside_the_clamp_that_a_pair_has(lifted_step):
     assert borders['depth_bias_by_region']['at'] == pytest.approx(AT, abs=0.02)
 
 
+@pytest.mark.slow
 def test_what_leaves_noise_or_has_no_reading_tells_of_no_body(lifted_step):
     evaluator, nominal = lifted_step
     pair = _pair(evaluator, nominal, 'depth_affine')

@@ -77,6 +77,7 @@ def test_a_model_is_likelier_with_them_and_what_is_not_free_stays_as_it_is(anew_
     assert with_favoured_sizes(anew_pool, same) is same
 
 
+@pytest.mark.slow
 def test_what_is_owed_to_poses_is_what_the_same_in_all_would_lack(anew_pool, anew_clamp):
     owed = owed_to_poses(anew_clamp, anew_pool.nominal, anew_pool.base)
     (same,) = anew_pool.refit_all([looks_in_any_form._freed(anew_clamp.added[0], (), 12)])

@@ -41,6 +41,7 @@ def test_few_patches_that_are_far_off_do_not_decide(random):
     assert log_density(mostly_right) > log_density(off) + 5.0
 
 
+@pytest.mark.slow
 def test_an_amplitude_is_as_sure_as_its_likeliest_values_spread(random):
     """Locations of the greatest likelihood, of samples of one size, against the Fisher figure."""
     size, count = 3.0, 60

@@ -53,6 +53,7 @@ def _with_plane_at(clean: tuple[PatchEvaluator, Refit], height: float) -> Hypoth
     return Hypothesis((plane,), found.scene, found.evaluator, fit)
 
 
+@pytest.mark.slow
 def test_a_plane_that_touches_nowhere_is_idle(clean):
     far = _with_plane_at(clean, -1.0)
     assert far.has_idle_effect

@@ -83,6 +83,7 @@ def scores_of_the_bent(bent):
     return distinct(screen(evaluator, nominal.coordinates, listed).scores)
 
 
+@pytest.mark.slow
 def test_what_no_form_of_the_library_shows_is_fitted_with_its_form_free(bent, scores_of_the_bent):
     pool = RefitPool(*bent)
     requests = looks_in_any_form._led_by_their_freedom(pool, scores_of_the_bent, 0.0, AS_IT_IS)
@@ -159,6 +160,7 @@ def test_what_other_effects_show_as_well_to_first_order_is_not(bent, scores_of_t
 
 
 @pytest.mark.parametrize(('step', 'is_seen'), [(0.008, True), (0.0003, False)])
+@pytest.mark.slow_but_first
 def test_a_step_that_a_fit_has_left_out_is_looked_at(step, is_seen):
     scene = replace(beam_scene((8, 2, 2)), effects={'depth_bias_by_region': {'at': 0.5}})
     evaluator, nominal = fit_nominal(scene, [with_step(watched(seed=4), 0.5, step)], None)

@@ -42,6 +42,7 @@ def _by_pose(pair, share):
     return replace(pair, judged=replace(pair.judged, by_pose=share))
 
 
+@pytest.mark.slow
 def test_a_clamp_that_was_closed_anew_takes_the_place_of_a_tilt(
     anew_pool, scores, judge, tilted_anew
 ):

@@ -80,6 +80,7 @@ def test_a_course_is_told_in_words(behind) -> None:
     assert course_of(always, always.added[0]) == {}
 
 
+@pytest.mark.slow
 def test_a_camera_that_reads_nearer_from_a_time_on() -> None:
     found, always = _looked(_nearer(filmed(seed=2, is_small=True), NEARER))
     best = max(found, key=lambda own: own.level)
@@ -105,6 +106,7 @@ def _named(best: Hypothesis, other: Hypothesis, nominal: Refit, behind: float) -
     return choice.confidence
 
 
+@pytest.mark.slow
 def test_what_owes_all_to_its_course_is_clearly_ahead_or_shares_the_answer(behind) -> None:
     found, always = behind
     best = max(found, key=lambda own: own.level)

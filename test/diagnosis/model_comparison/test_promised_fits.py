@@ -28,6 +28,7 @@ def _moved(model, distance):
     return replace(model, fit=replace(model.fit, coordinates=here))
 
 
+@pytest.mark.slow
 def test_what_is_refitted_is_as_good_as_it_says(anew_pool, anew_request):
     (found,) = refitted(anew_pool, [anew_request])
     assert found.fit.log_evidence == pytest.approx(_level_there(found), abs=1e-3)

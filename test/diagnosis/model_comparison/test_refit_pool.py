@@ -144,6 +144,7 @@ def test_a_scene_that_has_an_effect_is_sent_with_where_its_body_is(effect, ampli
     assert np.abs(plain.worlds(parameters.start())[0] - here).max() > 1e-5
 
 
+@pytest.mark.slow
 def test_processes_that_have_begun_find_the_same(fitted, added):
     requests = [RefitRequest(one, {}, 4) for one in added]
     alone = RefitPool(*fitted).refit_all(requests)
@@ -194,6 +195,7 @@ def test_a_model_with_other_parameters_keeps_its_bodies(fitted):
     assert other.bodies is model.bodies
 
 
+@pytest.mark.slow
 def test_work_goes_on_where_a_process_dies(fitted, monkeypatch):
     monkeypatch.setattr(refit_pool, '_WORTH_STARTING', -1.0)
     told = []
@@ -220,6 +222,7 @@ def test_work_goes_on_where_a_process_dies_before_it_has_begun(fitted, tmp_path,
 
 
 @pytest.mark.parametrize('error', [OSError('no memory'), ValueError('fds_to_keep')])
+@pytest.mark.slow
 def test_a_process_that_cannot_be_started_is_told_as_dead(monkeypatch, error):
     """Pipes of a pool whose first process died may be closed while another one begins."""
 

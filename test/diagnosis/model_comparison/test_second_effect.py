@@ -142,6 +142,7 @@ def _with_standing_error(fit: Refit, noise: NoiseModel, size: float, seed: int) 
 
 
 @pytest.mark.parametrize(('bias', 'size'), [(0.0, 0.0012), (0.006, 0.0002)])
+@pytest.mark.slow_but_first
 def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size):
     noise = replace(pair.evaluator.noises[0], standing=0.9)
     poses, places = _in_poses(pair, (0.0, 0.0, 0.0), bias)

@@ -42,6 +42,7 @@ def test_parts_that_were_misplaced_come_where_they_are_and_are_as_high_as_they_a
     assert inner.times == pytest.approx(TIMES, abs=0.03)
 
 
+@pytest.mark.slow
 def test_parts_of_no_height_stay_as_they_are():
     stated = {'at': 0.6, 'a_until': 0.5}
     (part,) = parts_of(stated)

@@ -57,6 +57,7 @@ def test_a_variant_with_fewer_amplitudes_is_refitted_only_where_it_may_win(
 
 
 @pytest.mark.parametrize('looks_long', [True, False])
+@pytest.mark.slow_but_first
 def test_what_takes_long_is_looked_at_where_a_name_may_be_given(screened, monkeypatch, looks_long):
     evaluator, nominal, scores = screened
     listed = {s.candidate.identifier for s in shortlist(scores, is_measured=True)}

@@ -43,6 +43,7 @@ def _with_step_fitted(seen: Observation) -> tuple[Hypothesis, PatchEvaluator, Re
     return found, evaluator, nominal
 
 
+@pytest.mark.slow
 def test_a_deep_step_is_not_drawn_to_nothing():
     found, _, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))
     (amplitude,) = found.amplitudes(found.added[0])
@@ -50,11 +51,13 @@ def test_a_deep_step_is_not_drawn_to_nothing():
     assert not has_doubtful_effect(found, nominal)
 
 
+@pytest.mark.slow
 def test_a_step_that_is_not_there_may_as_well_be_absent():
     found, _, nominal = _with_step_fitted(watched(seed=4))
     assert has_doubtful_effect(found, nominal)
 
 
+@pytest.mark.slow
 def test_noise_that_is_larger_than_stated_makes_an_amplitude_less_sure():
     found, _, _ = _with_step_fitted(with_step(watched(seed=4), 0.5, 0.002))
     (step,) = found.added
@@ -73,6 +76,7 @@ def _leaving(fit: Refit, residual: float) -> Refit:
     return replace(fit, groups=groups)
 
 
+@pytest.mark.slow
 def test_of_several_ends_the_one_that_meets_most_patches_is_kept(monkeypatch):
     """Squares in units of a guess would choose one that is 5 mm off everywhere."""
     found, evaluator, nominal = _with_step_fitted(with_step(watched(seed=4), 0.5, -STEP))

@@ -62,6 +62,7 @@ def test_without_an_amplitude_it_is_what_a_fit_without_it_finds(too_far, variant
 
 
 @pytest.mark.parametrize('height', [-0.3, -1.0])
+@pytest.mark.slow_but_first
 def test_a_plane_that_touches_nowhere_stays(too_far, height):
     evaluator, nominal = too_far
     listed = candidates(evaluator.model.scene)

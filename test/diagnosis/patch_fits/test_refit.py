@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 import numpy as np
+import pytest
 from support.clamped_anew import beam_in_two_poses
 from support.judged_models import refitted_with
 
@@ -27,6 +28,7 @@ def _fitted() -> tuple[Refit, Refit]:
     return nominal, refitted_with((evaluator, nominal, scores), 'depth_affine').fit
 
 
+@pytest.mark.slow
 def test_what_is_far_off_as_a_whole_is_not_the_likelier_model():
     """Patches that are all far off count less: what they have in common is told by more noise."""
     without, beside = _fitted()

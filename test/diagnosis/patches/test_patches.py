@@ -46,6 +46,7 @@ def test_flying_pixels_do_not_move_a_patch(random):
     np.testing.assert_allclose(spoilt, clean, atol=3e-5)
 
 
+@pytest.mark.slow
 def test_a_pixel_that_becomes_an_outlier_makes_no_step(random):
     """The average follows one pixel smoothly from the body to far before it."""
     given = residuals(random, 100)

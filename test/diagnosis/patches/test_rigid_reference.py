@@ -98,6 +98,7 @@ def test_the_picture_of_what_is_left_shows_the_block_before_the_body():
     assert abs(np.nanmedian(left[np.isfinite(body) & ~np.isfinite(group)])) < 1e-3
 
 
+@pytest.mark.slow
 def test_only_camera_reading_and_its_own_place_move_the_block(agreed):
     """Tangents agree with differences of three steps, and are zero for what moves the body."""
     evaluator, nominal = agreed.evaluator, agreed.nominal
@@ -136,6 +137,7 @@ def test_only_camera_reading_and_its_own_place_move_the_block(agreed):
 
 
 @pytest.mark.parametrize('shift', [[0.001, -0.0004, 0.0008], [-0.0005, 0.0007, -0.0011]])
+@pytest.mark.slow
 def test_a_block_a_millimetre_from_where_it_is_stated_is_no_fault_of_the_body(shift, agreed):
     """Nor of the camera, nor of how the body is held."""
     off = seen(body_shift=np.zeros(3), block_shift=np.array(shift))

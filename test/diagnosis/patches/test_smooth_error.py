@@ -71,6 +71,7 @@ def _drawn(centers: np.ndarray, length: float, random: np.random.Generator) -> n
 
 
 @pytest.mark.parametrize('size', [0.0002, 0.0003, 0.0004, 0.0015])
+@pytest.mark.slow_but_first
 def test_the_size_is_found(size):
     found = [measured_smooth_error(poses_with(size, 0.5, seed), _ASSUMED) for seed in range(6)]
     sizes = [one.size for one in found]
@@ -78,6 +79,7 @@ def test_the_size_is_found(size):
     assert {one.length for one in found} == {80.0}
 
 
+@pytest.mark.slow
 def test_what_a_scene_states_is_believed_as_it_is():
     stated = replace(_ASSUMED, smooth=0.0004, is_stated=True)
     # An effect that tangents do not follow looks like a sensor that is three times worse.
@@ -96,6 +98,7 @@ def test_an_error_of_one_length_is_no_part_of_a_larger_one():
     assert found.size == pytest.approx(0.0008, rel=0.15)
 
 
+@pytest.mark.slow
 def test_it_is_that_of_whole_densities():
     """By the density of what is beside all tangents, with the whole covariance."""
     noise = replace(_ASSUMED, rough=5e-5)
@@ -139,12 +142,14 @@ def test_it_is_that_of_whole_densities():
 
 
 @pytest.mark.parametrize(('true', 'least', 'most'), [(0.0, 0.0, 0.1), (0.95, 0.85, 0.9)])
+@pytest.mark.slow
 def test_what_all_poses_share_is_told_from_what_each_has_of_its_own(true, least, most):
     for seed in range(4):
         found = measured_smooth_error(poses_with(0.0003, true, seed), _ASSUMED)
         assert least - 1e-9 <= found.standing <= most + 1e-9
 
 
+@pytest.mark.slow
 def test_what_is_hidden_is_believed_no_larger_than_is_to_be_expected_of_a_sensor():
     expected = expected_smooth_error(_ASSUMED)
     random = np.random.default_rng(1)
@@ -186,6 +191,7 @@ def _with_more(groups: list[PatchGroup], more: list[np.ndarray]) -> list[PatchGr
     ]
 
 
+@pytest.mark.slow
 def test_what_effects_may_have_put_there_is_not_taken_for_the_sensor():
     groups = poses_with(0.0002, 0.5, 7)
     lacking = _with_more(
@@ -200,6 +206,7 @@ def test_a_sensor_is_trusted_no_more_than_assumed():
     assert small.size == _ASSUMED.smooth
 
 
+@pytest.mark.slow
 def test_a_bad_sensor_is_told_by_a_small_gap_and_not_by_a_large_one():
     groups, still = poses_with(0.002, 0.5, 3), range(_POSES)
     told = with_smooth_error([_ASSUMED] * _POSES, groups, still)
@@ -246,6 +253,7 @@ def test_a_large_smooth_error_is_told_beside_rougher_noise():
 
 
 @pytest.mark.parametrize('off', [0.004, -0.009])
+@pytest.mark.slow
 def test_a_few_patches_that_are_far_off_say_nothing_of_it(off):
     even = poses_with(0.0005, 0.5, 3)
     few = _with_more(even, [off * np.isin(own.patches.cells, [30, 31, 70]) for own in even])

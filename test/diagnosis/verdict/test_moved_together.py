@@ -57,6 +57,7 @@ def test_what_the_fixture_follows_has_no_name_and_is_of_the_class_sensor(displac
     assert _class_of(model) == 'sensor'
 
 
+@pytest.mark.slow
 def test_other_effects_and_scenes_without_a_fixture_are_not_asked():
     for own, has_fixture in ((TILT, True), (CLAMP, False)):
         observation = seen(body_shift=SHIFT, block_shift=SHIFT)

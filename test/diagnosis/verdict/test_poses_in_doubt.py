@@ -52,11 +52,13 @@ def test_poses_that_are_worse_than_stated_leave_the_modulus_in_doubt():
     assert abs(off) < 2.5
 
 
+@pytest.mark.slow
 def test_poses_that_are_as_stated_leave_it_nearly_as_it_was():
     fit = _fit(1.0)
     assert _told(with_poses_in_doubt(fit))[1] == pytest.approx(_told(fit)[1], rel=0.25)
 
 
+@pytest.mark.slow
 def test_poses_that_are_known_are_in_no_doubt():
     fit = _fit(0.0, None)
     assert with_poses_in_doubt(fit) is fit

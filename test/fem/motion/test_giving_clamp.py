@@ -58,6 +58,7 @@ def _moved(case: Case, change: MotionChange, step: float) -> Case:
 
 
 @pytest.mark.parametrize('element', list(Element))
+@pytest.mark.slow
 def test_tangents_are_those_of_differences(element, random) -> None:
     case = _giving(element, random)
     case.run()
@@ -92,6 +93,7 @@ def test_a_rigid_clamp_has_a_tangent_of_giving_way(random) -> None:
 
 
 @pytest.mark.parametrize('element', list(Element))
+@pytest.mark.slow
 def test_long_after_its_release_it_is_where_it_is_at_rest(element) -> None:
     mesh = beam_mesh((4, 1, 1))
     static, material = hanging_beam(element, mesh), uniform_material(mesh)
@@ -108,6 +110,7 @@ def test_long_after_its_release_it_is_where_it_is_at_rest(element) -> None:
     np.testing.assert_allclose(last, rests, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_stiff_body_swings_as_a_rigid_one_on_a_spring() -> None:
     """Its period is that of its moment of inertia on the clamp's stiffness."""
     mesh = beam_mesh((4, 1, 1))

@@ -50,6 +50,7 @@ def test_steps_err_less_by_the_square_of_their_size(random) -> None:
 @pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit'])
 @pytest.mark.parametrize('number', range(4))
 @pytest.mark.parametrize('course', [COURSE, ()])
+@pytest.mark.slow_but_first
 def test_tangents_by_each_knot(integrator, number, course, random) -> None:
     case = released_beam(Element.LINEAR, random, counts=(3, 1, 1), integrator=integrator)
     direction = np.array([2.0, 1.0, -4.0])
@@ -68,6 +69,7 @@ def test_tangents_by_each_knot(integrator, number, course, random) -> None:
 
 
 @pytest.mark.parametrize('name', ['release_time', 'density', 'youngs_modulus'])
+@pytest.mark.slow
 def test_other_tangents_in_the_course(name, random) -> None:
     case = released_beam(Element.LINEAR, random, counts=(3, 1, 1), time_step=1 / 1920)
     change = {

@@ -29,12 +29,14 @@ _SLOPE_ERROR = 0.1
         ('semi_implicit', (1 / 4000, 1 / 8000, 1 / 16000), 1),
     ],
 )
+@pytest.mark.slow_but_first
 def test_order_of_accuracy(integrator, steps, order) -> None:
     paths = [shaken_beam(integrator, step).run().positions for step in steps]
     coarse, fine = (np.linalg.norm(paths[i] - paths[i + 1]) for i in (0, 1))
     assert abs(np.log2(coarse / fine) - order) < _SLOPE_ERROR
 
 
+@pytest.mark.slow
 def test_integrators_agree_in_the_limit_of_small_steps(random) -> None:
     coarse, fine, implicit = (
         released_beam(

@@ -62,6 +62,7 @@ def test_rounding_of_a_stiff_bodys_energy_does_not_stop_it(element, modulus, con
     )
 
 
+@pytest.mark.slow
 def test_a_soft_half_takes_the_turn_in_steps_where_linear_elements_mislead() -> None:
     twist = Twist(Element.QUADRATIC)
     twist.solve_equilibrium(5e3, 0.1)

@@ -122,6 +122,7 @@ def test_a_loop_goes_on_with_later_stamps(play):
     assert all(later > earlier for earlier, later in pairwise(times))
 
 
+@pytest.mark.slow
 def test_it_waits_for_a_listener(play):
     recorder = Recorder(listeners=0)
     player = play(recorder, patience=600.0)

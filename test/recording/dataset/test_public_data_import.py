@@ -36,6 +36,7 @@ def imported(diffcal_data, tmp_path_factory):
 
 
 @pytest.mark.parametrize('name', SIMULATED)
+@pytest.mark.slow_but_first
 def test_body_stands_where_the_authors_had_it(diffcal_data, imported, name):
     scene = load_scene(imported(name).scene)
     (setup,) = scene.observations
@@ -90,6 +91,7 @@ def test_half_turn_goes_the_way_it_does_in_the_authors_state(diffcal_data, impor
     assert 0.3 < share < 0.7
 
 
+@pytest.mark.slow
 def test_every_case_imports_its_scene(diffcal_data, imported):
     names = case_names(diffcal_data)
     assert len(names) >= 10

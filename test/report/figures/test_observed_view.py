@@ -34,6 +34,7 @@ def settled(monkeypatch) -> Counter:
     return counts
 
 
+@pytest.mark.slow
 def test_a_fit_and_its_report_settle_no_body_twice(recorded_beam, tmp_path, settled):
     inputs = open_inputs(load_scene(recorded_beam.scene), [])
     settings = CalibrationSettings(fit=('youngs_modulus', 'rigid_offset'))

@@ -16,6 +16,7 @@ from diffcal_ros.report.figures.spot_figure import spot_figure
 from diffcal_ros.report.pages.diagnosis_page import write_diagnosis_page
 from diffcal_ros.report.tables.verdict_text import verdict_lines
 import numpy as np
+import pytest
 from support.scenes import beam_scene
 from support.watched import watched
 
@@ -30,6 +31,7 @@ def test_each_line_of_the_verdict_stands_by_itself(tmp_path) -> None:
     assert any(line.startswith('DISAGREE') for line in said)
 
 
+@pytest.mark.slow
 def test_a_parameter_beside_something_unknown_is_not_known(tmp_path) -> None:
     trace = diagnose(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.003)])
     told = verdict_lines(trace.diagnosis)
@@ -68,6 +70,7 @@ def test_it_says_what_may_have_drawn_a_modulus_where_nothing_shows() -> None:
     assert diagnosis.drawn['youngs_modulus']['added_mass'] > 0.1
 
 
+@pytest.mark.slow
 def test_a_map_of_spots_is_shown_where_one_is_stated(tmp_path) -> None:
     """The picture has dark what the map has, side by side from below, from the clamp on."""
     cells = np.zeros((ROWS, ROUND), dtype=bool)
@@ -87,6 +90,7 @@ def test_a_map_of_spots_is_shown_where_one_is_stated(tmp_path) -> None:
     assert ['map of spots' in page for page in pages] == [False, True]
 
 
+@pytest.mark.slow
 def test_a_course_is_shown_frame_by_frame(tmp_path) -> None:
     trace = diagnose(beam_scene((6, 2, 2)), [watched(seed=1, bias=0.003)])
     named = NamedEffect(

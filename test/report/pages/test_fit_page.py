@@ -128,6 +128,7 @@ def test_outcome_gap_and_inputs_are_told(fitted, page):
     assert 'pose of the marker from 2 colour frames' in page.text
 
 
+@pytest.mark.slow
 def test_warnings_are_shown_and_no_text_becomes_markup(fitted, tmp_path):
     calibration, result = fitted
     nasty = 'E < 5 & "x" <script>alert(1)</script>'

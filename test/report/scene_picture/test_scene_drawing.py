@@ -61,6 +61,7 @@ def test_a_png_of_a_readable_size_is_drawn_and_nothing_else_is_left(example, tmp
     assert set(tmp_path.iterdir()) - before == {tmp_path / 'scene.png'}
 
 
+@pytest.mark.slow
 def test_the_camera_is_drawn_where_its_pose_is_known(example, tmp_path):
     assert _count(_drawn(example, tmp_path), CAMERA_COLOR) > 100
     bare = _without_pose(example)

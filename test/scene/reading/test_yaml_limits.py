@@ -36,6 +36,7 @@ def _merges() -> str:
     ],
     ids=['lists', 'merges', 'deep', 'very deep', 'list in itself', 'mapping in itself'],
 )
+@pytest.mark.slow_but_first
 def test_bombs_are_refused(tmp_path, text, sentence):
     path = tmp_path / 'scene.yaml'
     path.write_text(text)
