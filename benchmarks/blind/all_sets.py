@@ -25,7 +25,7 @@ _SETS = (
     *('seventeenth', 'eighteenth', 'nineteenth', 'twentieth', 'twentyfirst', 'twentysecond'),
     *('twentythird', 'twentyfourth', 'twentyfifth', 'twentysixth', 'twentyseventh'),
     *('twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst', 'thirtysecond'),
-    *('thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth'),
+    *('thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth', 'thirtyseventh'),
 )
 _BEGIN, _END = '<!-- python -m benchmarks.blind.all_sets -->\n', '<!-- end -->\n'
 # Outcomes of single effects, in the order of their columns.

@@ -26,7 +26,8 @@ _CLOSED = (
     *('fourteenth', 'fifteenth', 'sixteenth', 'seventeenth', 'eighteenth', 'nineteenth'),
     *('twentieth', 'twentyfirst', 'twentysecond', 'twentythird', 'twentyfourth', 'twentyfifth'),
     *('twentysixth', 'twentyseventh', 'twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst'),
-    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth', 'swing_set'),
+    *('thirtysecond', 'thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth'),
+    *('thirtyseventh', 'swing_set'),
     *(
         'swings_two',
         'swings_three',
