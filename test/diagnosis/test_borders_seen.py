@@ -58,12 +58,14 @@ def test_beside_a_displaced_body_alone_nothing_shows():
     assert with_borders_seen_beside([clamped], evaluator, nominal) is None
 
 
+@pytest.mark.slow
 def test_where_borders_are_known_none_are_looked_for(hidden):
     evaluator, nominal, clamped = hidden
     known = with_borders_seen_beside([clamped], evaluator, nominal)
     assert with_borders_seen_beside([clamped], *known) is None
 
 
+@pytest.mark.slow
 def test_beside_a_model_that_finds_no_rest_nothing_is_looked_for(hidden):
     """It was reached step by step, and may not be from where it is unloaded."""
     evaluator, nominal, clamped = hidden
@@ -87,6 +89,7 @@ def test_beside_a_model_whose_body_is_out_of_sight_nothing_is_looked_for(hidden)
     assert with_borders_seen_beside([lost], evaluator, nominal) is None
 
 
+@pytest.mark.slow
 def test_what_pixels_showed_is_looked_for_anew_and_what_was_stated_is_not(hidden):
     evaluator, nominal, clamped = hidden
     known = with_borders_seen_beside([clamped], evaluator, nominal)

@@ -77,6 +77,7 @@ def test_a_slow_change_is_followed_without_a_search():
     assert len(changes) == 2  # 5 % each.
 
 
+@pytest.mark.slow
 def test_a_hand_that_passes_changes_nothing():
     film = Film()
     before = film.shoot([exact()] * 20)[-1]

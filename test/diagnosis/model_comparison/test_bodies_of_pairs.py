@@ -65,6 +65,7 @@ def test_what_leaves_noise_or_has_no_reading_tells_of_no_body(lifted_step):
     assert bodies_of_pairs(evaluator, nominal, []) == []
 
 
+@pytest.mark.slow
 def test_a_body_that_cannot_be_simulated_alone_is_left_out(lifted_step):
     evaluator, nominal = lifted_step
     pair = _pair(evaluator, nominal, 'depth_affine')

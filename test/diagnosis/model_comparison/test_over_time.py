@@ -57,6 +57,7 @@ def behind() -> tuple[list[Hypothesis], Hypothesis]:
     return _looked(filmed(seed=1, late=LATE, is_small=True))
 
 
+@pytest.mark.slow
 def test_stamps_that_fall_behind_are_late_stamps_over_time(behind) -> None:
     found, always = behind
     best = max(found, key=lambda own: own.level)
@@ -70,6 +71,7 @@ def test_stamps_that_fall_behind_are_late_stamps_over_time(behind) -> None:
     assert np.corrcoef(np.array(course)[seen], LATE[seen])[0, 1] > 0.9
 
 
+@pytest.mark.slow
 def test_a_course_is_told_in_words(behind) -> None:
     found, always = behind
     best = max(found, key=lambda own: own.level)

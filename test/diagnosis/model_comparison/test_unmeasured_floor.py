@@ -115,6 +115,7 @@ def one_and_two():
     ('single_leaves', 'pair_leaves', 'asked'),
     [(0.004, 0.001, [('depth_bias_by_region',), ('gravity_tilt',)]), (0.001, 0.004, [])],
 )
+@pytest.mark.slow
 def test_each_effect_of_a_better_pair_is_fitted_alone_from_where_the_pair_ended(
     one_and_two, single_leaves, pair_leaves, asked
 ):

@@ -60,6 +60,7 @@ def shaken() -> tuple[Case, np.ndarray]:
     return case, replace(case, body=fine).run().positions
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_tolerance_and_is_known(shaken) -> None:
     case, path = shaken
     errors, counts = [], []
