@@ -10,6 +10,7 @@ from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step
 from diffcal_ros.least_squares.normal_equations import NormalEquations
 from diffcal_ros.least_squares.residual_channel import equations, ResidualChannel, Weights
+from diffcal_ros.median_spread import median_spread
 from diffcal_ros.pose.detection import Detection
 from diffcal_ros.pose.marker_depth import MarkerPoints
 from diffcal_ros.pose.target import Target
@@ -255,7 +256,7 @@ def _depth_rows(pose: FloatArray, depth: MarkerPoints) -> tuple[FloatArray, Floa
 def _depth_weights(heights: FloatArray) -> FloatArray:
     """Weigh depth pixels so that together they count as a few independent ones."""
     spread = np.abs(heights - np.median(heights))
-    scale = 1.4826 * float(np.median(spread)) + 1e-4
+    scale = median_spread(spread) + 1e-4
     inlying = 1.0 / (1.0 + (spread / (_OUTLIER * scale)) ** 2)
     weights: FloatArray = inlying / inlying.sum() * _DEPTH_COUNT / _DEPTH_ERROR**2
     return weights

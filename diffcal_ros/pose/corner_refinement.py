@@ -9,6 +9,7 @@ side, a line is laid through them, and neighbouring lines are intersected.
 
 import cv2
 from diffcal_ros.camera import PinholeCamera
+from diffcal_ros.median_spread import median_spread
 from diffcal_ros.pose.lens import distort, undistort
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +127,6 @@ def _line(points: FloatArray, weights: FloatArray) -> FloatArray:
         normal = axes[:, 0]
         line = np.array([*normal, -normal @ middle])
         distance = np.abs(spread @ normal)
-        scale = 1.4826 * np.median(distance[weights > 0.0]) + 1e-3
+        scale = median_spread(distance[weights > 0.0]) + 1e-3
         robust = weights / (1.0 + (distance / (2.0 * scale)) ** 2)
     return line

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.robust_residual import Reach
 from diffcal_ros.depth.tracer import OutOfViewError
+from diffcal_ros.median_spread import median_spread
 from diffcal_ros.registration.rigid_view import RigidImage, Sights
 from diffcal_ros.registration.sensor_errors import IMAGE_SHIFT, outline_columns, SIZE, SmoothField
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
@@ -252,7 +253,7 @@ def _columns(sights: Sights, shared: SmoothField | None) -> tuple[FloatArray, Fl
 
 def _scales(sights: Sights, left: Sequence[FloatArray], alike: float) -> Scales:
     """Return what each value is off by alone, where so many pixels say the same."""
-    depth, edge = (1.4826 * float(np.median(np.abs(own))) if len(own) else 0.0 for own in left)
+    depth, edge = (median_spread(own) if len(own) else 0.0 for own in left)
     return Scales(
         (max(depth, _FINEST), max(edge, _FINEST_EDGE * sights.pixel_size)),
         (alike, 1.0),
@@ -266,7 +267,7 @@ def _patch(pixels: FloatArray, left: FloatArray) -> float:
     columns, rows = (pixels - pixels.min(axis=0)).astype(np.int64).T
     image = np.zeros((int(rows.max()) + 1, int(columns.max()) + 1))
     mask = np.zeros(image.shape, dtype=bool)
-    limit = 4.0 * max(1.4826 * float(np.median(np.abs(left))), _FINEST)
+    limit = 4.0 * max(median_spread(left), _FINEST)
     image[rows, columns] = np.clip(left, -limit, limit)
     mask[rows, columns] = True
     side, _ = correlation_lengths(image, mask)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
+from diffcal_ros.median_spread import SPREAD_OVER_MEDIAN
 from diffcal_ros.scene.model import MotionSetup
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def _small_onset(frames: Sequence[DepthFrame], times: Sequence[float]) -> float 
     """
     first = frames[0].depth
     apart = np.abs(frames[1].depth - first)
-    noise = 1.4826 * float(np.nanmedian(apart)) if np.isfinite(apart).any() else 0.0
+    noise = SPREAD_OVER_MEDIAN * float(np.nanmedian(apart)) if np.isfinite(apart).any() else 0.0
     least = max(_STEPS, _SIGMAS * noise)
     moved = [_has_changed_a_little(first, frame.depth, least) for frame in frames]
     pairs = zip(times, moved, moved[1:], strict=False)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diffcal_ros.calibration.residuals.robust_residual import Reach, ResidualKind, Residuals
+from diffcal_ros.median_spread import median_spread
 import numpy as np
 
 # Structure that no model explains is taken for this coarse [px] until the residuals tell.
@@ -97,7 +98,7 @@ def spread(residuals: Residuals) -> float:
     """Return the robust standard deviation around zero [m]."""
     if len(residuals.values) == 0:
         return 0.0
-    return 1.4826 * float(np.median(np.abs(residuals.values)))
+    return median_spread(residuals.values)
 
 
 def _bulk(residuals: Residuals) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.effects.spots import cells_of, ROUND, ROWS
+from diffcal_ros.median_spread import median_spread
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
@@ -231,5 +232,5 @@ def regular(products: FloatArray) -> FloatArray:
 
 def robust_weights(left: FloatArray) -> FloatArray:
     """Return how much pixels count that are off by so much [m], shape (n,)."""
-    spread = 1.4826 * float(np.median(np.abs(left))) + _LEAST_SPREAD
+    spread = median_spread(left) + _LEAST_SPREAD
     return np.asarray(1.0 / (1.0 + (left / (_HALF * spread)) ** 2))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.residuals.robust_residual import Residuals
 from diffcal_ros.diagnosis.patches.noise_model import CommonError, NoiseModel
+from diffcal_ros.median_spread import SPREAD_OVER_MEDIAN
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -203,7 +204,7 @@ def _trust(values: FloatArray, numbers: IntArray, slack: float) -> FloatArray:
         return np.ones(0)
     _, groups = np.unique(numbers, return_inverse=True)
     off = np.abs(values - _medians(values, groups)[groups])
-    most = _OUTLIER_SPREADS * 1.4826 * _medians(off, groups) + slack
+    most = _OUTLIER_SPREADS * SPREAD_OVER_MEDIAN * _medians(off, groups) + slack
     beyond = np.clip(2.0 * off / most[groups] - 1.0, 0.0, 1.0)
     return np.asarray(1.0 - beyond**2 * (3.0 - 2.0 * beyond))
 

@@ -21,6 +21,7 @@ from itertools import product
 from diffcal_ros.diagnosis.patches.noise_model import kernel, NoiseModel
 from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 from diffcal_ros.diagnosis.patches.whitened import more_by_far_off
+from diffcal_ros.median_spread import median_spread
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -45,8 +46,6 @@ _MIXED = (False, True)
 _ROUGHER = np.geomspace(1.0, 8.0, 7)
 # Which patches are far off is found by so many turns.
 _TURNS = 3
-# Standard deviation of a normal distribution over the median of its sizes.
-_NORMAL = 1.4826
 # Fewer directions beside all that is projected out say nothing.
 _FEWEST = 12
 
@@ -213,7 +212,7 @@ def _of_far_off(seen: _Seen, told: _Told) -> FloatArray:
     """
     error, more = told.expected, np.zeros(len(seen.values))
     # What is far off may have made it large; most patches are not.
-    size = min(error.size, _NORMAL * float(np.median(np.abs(seen.values))))
+    size = min(error.size, median_spread(seen.values))
     smooth = _kernel(seen.depth, error.length, error.standing, is_mixed=told.is_mixed)
     believed, beside = seen.others + size**2 * smooth, seen.beside
     for _ in range(_TURNS):

@@ -11,6 +11,7 @@ from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup, P
 from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.least_squares.normal_equations import NormalEquations
 from diffcal_ros.least_squares.residual_channel import ResidualChannel, Weights
+from diffcal_ros.median_spread import SPREAD_OVER_MEDIAN
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -294,7 +295,7 @@ def more_by_far_off(values: FloatArray, variances: FloatArray) -> FloatArray:
 def residual_size(groups: Sequence[PatchGroup], part: Part) -> float:
     """Return a robust root mean square of the residuals [m]; 0 within the noise."""
     gap = patch_gap(groups, part)
-    size = 1.4826 * gap.median
+    size = SPREAD_OVER_MEDIAN * gap.median
     return size if size > _CLEAR * gap.whole_floor else 0.0
 
 
