@@ -25,11 +25,11 @@ _ARCHIVE = Path(__file__).resolve().parents[2] / 'shared' / 'data' / 'diffcal_pu
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark as slow all but the first of a test's sets of parameters, where it asks for that."""
-    begun = set[tuple[Path, str]]()
+    begun = set[str]()
     for item in items:
         if item.get_closest_marker('slow_but_first') is None:
             continue
-        function = (item.path, item.nodeid.partition('[')[0])
+        function = item.nodeid.partition('[')[0]
         if function in begun:
             item.add_marker(pytest.mark.slow)
         begun.add(function)

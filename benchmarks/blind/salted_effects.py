@@ -93,8 +93,8 @@ def _one_of(forms: list[OtherForm], random: np.random.Generator) -> OtherForm:
 
 def _pairs_of(truths: list[str], random: np.random.Generator) -> list[tuple[str, str]]:
     """Draw pairs of two different effects, none twice, each effect in about as many."""
+    deals = -(-2 * PAIRS // len(truths))
     while True:
-        deals = -(-2 * PAIRS // len(truths))
         dealt = list(chain.from_iterable(random.permutation(truths) for _ in range(deals)))
         pairs = list(zip(dealt[0 : 2 * PAIRS : 2], dealt[1 : 2 * PAIRS : 2], strict=True))
         if len({frozenset(pair) for pair in pairs if pair[0] != pair[1]}) == PAIRS:

@@ -44,7 +44,6 @@ def _rolled(scene, angle: float):
 
 @pytest.mark.parametrize('roll', [0.0, -2.2])
 @pytest.mark.parametrize('effect', _BODY_EFFECTS)
-@pytest.mark.slow_but_first
 def test_points_follow_amplitudes(effect, roll):
     """A placement that is turned, a modulus that differs along the body, a tilted camera.
 
@@ -95,7 +94,6 @@ def test_depth_follows_the_sensor():
 
 
 @pytest.mark.parametrize('effect', _NAMES)
-@pytest.mark.slow_but_first
 def test_a_stated_effect_is_the_fitted_one(effect):
     scene = beam_scene((6, 2, 2), region_count=2)
     parameters = make_parameters(scene, (effect,), with_edge_bias=False)

@@ -48,7 +48,6 @@ def _model(scene: Scene, effect: str) -> tuple[ForwardModel, np.ndarray]:
 
 
 @pytest.mark.parametrize('effect', _MOVING)
-@pytest.mark.slow_but_first
 def test_points_follow_the_form(effect):
     model, here = _model(beam_scene((4, 1, 1)), effect)
     tangents = model.tangents(here)[0]

@@ -77,7 +77,6 @@ BAGS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize('mistake', BAGS)
-@pytest.mark.slow_but_first
 def test_a_recording_that_cannot_be_used(run_cli, recorded_beam, change_bag, tmp_path, mistake):
     changes, sentence = BAGS[mistake]
     bag = change_bag(**changes)
@@ -170,7 +169,6 @@ SCENES: dict[str, tuple[dict[str, Any], Any, str]] = {
 
 
 @pytest.mark.parametrize('mistake', SCENES)
-@pytest.mark.slow_but_first
 def test_a_scene_that_does_not_fit(run_cli, change_scene, tmp_path, mistake):
     changes, mesh, sentence = SCENES[mistake]
     scene = change_scene(changes, mesh)

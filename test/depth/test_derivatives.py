@@ -79,7 +79,6 @@ def test_gradient_by_the_vertices(turn, step, weights, random) -> None:
 
 @pytest.mark.parametrize('turn', [2.0, 7.0], ids=['plain', 'self-occluded'])
 @pytest.mark.parametrize('step', STEPS)
-@pytest.mark.slow_but_first
 def test_gradient_by_the_pose(turn, step, weights) -> None:
     loss = _Loss(turn, weights)
     by_pose = pose_gradient(loss.points, loss.gradient())

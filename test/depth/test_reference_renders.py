@@ -24,7 +24,6 @@ def _their_image(data: Path, case: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize('case', RENDERED_CASES)
-@pytest.mark.slow_but_first
 def test_images_agree(diffcal_data: Path, case: str) -> None:
     ours, theirs = (
         _their_image(diffcal_data, case),

@@ -51,7 +51,6 @@ def _moved(times, effect, name):
 
 
 @pytest.mark.parametrize(('effect', 'name'), AMOUNTS)
-@pytest.mark.slow_but_first
 def test_a_usual_size_does_the_same_to_a_body_of_another_size(effect, name):
     large, small = (_moved(times, effect, name) for times in (1.0, SMALLER))
     assert np.abs(large).max() > 1e-3

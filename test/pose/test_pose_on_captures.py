@@ -71,7 +71,6 @@ def test_unrefined_fused_pose_agrees_with_the_authors(cases, name):
 
 @pytest.mark.parametrize('refinement', ['none', 'edges'])
 @pytest.mark.parametrize('name', ['h_e_c', 'h_e_s', 'h_em_c', 't_em_c'])
-@pytest.mark.slow_but_first
 def test_fused_pose_is_never_flipped(cases, name, refinement):
     fused = fuse(cases[name], refinement)
     assert fused.is_settled

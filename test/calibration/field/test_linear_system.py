@@ -105,7 +105,6 @@ def _cauchy(residuals, values, scale, dimension) -> float:
 
 
 @pytest.mark.parametrize('step', STEPS)
-@pytest.mark.slow_but_first
 def test_gradient_by_every_tetrahedron(setup: _Setup, step: float, random) -> None:
     gradient = -setup.system().field_negative_gradient
     frozen = _Frozen(setup)

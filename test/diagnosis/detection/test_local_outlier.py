@@ -148,7 +148,6 @@ def _along(evaluator):
 
 @pytest.mark.parametrize('begins', [0.4, 0.6, 0.75, 0.85])
 @pytest.mark.parametrize('direction', [(0.0, 0.0, 1.0), (0.0, 1.0, 0.5)])
-@pytest.mark.slow_but_first
 def test_an_end_that_bends_on_its_own_is_the_body(clearly_screened, draws, begins, direction):
     evaluator, _, _ = clearly_screened
     beyond = np.clip((_along(evaluator) - begins) / (1.0 - begins), 0.0, 1.0)

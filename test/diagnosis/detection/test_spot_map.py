@@ -58,7 +58,6 @@ OFFSETS = (0.003, -0.005, 0.001)
 
 @pytest.mark.parametrize('height', [HEIGHT, -HEIGHT])
 @pytest.mark.parametrize('share', [0.2, 0.5, 0.8])
-@pytest.mark.slow_but_first
 def test_a_texture_is_found_but_for_which_level_is_which(random, height, share):
     spots = _dots(random, share=share)
     views = [_view(random, _painted(spots, height), offset=own) for own in OFFSETS]

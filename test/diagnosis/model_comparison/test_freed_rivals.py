@@ -56,7 +56,6 @@ def test_the_rival_of_one_that_is_free_is_free_as_well(
         (40.0, 0.0, 60.0, False),
     ],
 )
-@pytest.mark.slow_but_first
 def test_a_rival_is_free_where_a_form_that_is_fitted_may_bring_it_near(
     screened, basis, monkeypatch, behind, leaning, left, is_asked
 ):

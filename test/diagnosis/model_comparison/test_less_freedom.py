@@ -40,7 +40,6 @@ def _with_a_lens(screened, basis) -> Hypothesis:
         ((1.0, 3.0), 0.0, 'in form'),
     ],
 )
-@pytest.mark.slow_but_first
 def test_what_does_as_well_with_one_freedom_has_one(
     screened, basis, monkeypatch, behind, leaning, is_one
 ):

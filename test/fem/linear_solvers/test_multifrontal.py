@@ -166,7 +166,6 @@ def in_single(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures('in_single')
 @pytest.mark.parametrize('law', law_names())
 @pytest.mark.parametrize('nu', [0.3, 0.495])
-@pytest.mark.slow_but_first
 def test_single_precision_finds_the_equilibrium_and_tangents_of_a_direct_solver(
     law, nu, random
 ) -> None:

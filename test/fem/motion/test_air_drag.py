@@ -67,7 +67,6 @@ def test_drag_takes_more_of_a_larger_swing(random) -> None:
 
 
 @pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit'])
-@pytest.mark.slow_but_first
 def test_tangents_by_drag(integrator, random) -> None:
     case = with_drag(released_beam(Element.LINEAR, random, integrator=integrator), AREA)
     by_area = MotionChange(conditions=Conditions(air_drag=AREA))

@@ -90,7 +90,6 @@ def _check_tangent(case: Case, change: MotionChange, moved) -> None:
 
 @pytest.mark.parametrize('integrator', ['implicit', 'semi_implicit'])
 @pytest.mark.parametrize('name', ['youngs_modulus', 'release_time'])
-@pytest.mark.slow_but_first
 def test_derivatives_while_the_clamp_turns(name, integrator, random) -> None:
     case = released_beam(Element.LINEAR, random, counts=(3, 1, 1), integrator=integrator)
     case = _turning(replace(case, stamps=np.array([0.004, 0.03, 0.071])))

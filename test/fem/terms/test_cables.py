@@ -133,7 +133,6 @@ def pulled(body: StaticBody, upper: float = 0.006, side: float = 0.009) -> Condi
 
 @pytest.mark.parametrize('element', Element)
 @pytest.mark.parametrize('which', ['rest length', 'other rest length', 'stiffness'])
-@pytest.mark.slow_but_first
 def test_equilibrium_follows_cables(element, which) -> None:
     body, number = body_with_cables(element), 1 if which.startswith('other') else 0
     material, here = uniform_material(body.mesh), pulled(body)

@@ -126,7 +126,6 @@ def stepped(conditions: Conditions, change: Conditions, step: float) -> Conditio
 
 
 @pytest.mark.parametrize('name', DIRECTIONS)
-@pytest.mark.slow_but_first
 def test_tangents_with_every_effect_there(body, name):
     change, here = DIRECTIONS[name], everything(body)
     if name == 'rises':

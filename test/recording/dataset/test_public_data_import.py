@@ -36,7 +36,6 @@ def imported(diffcal_data, tmp_path_factory):
 
 
 @pytest.mark.parametrize('name', SIMULATED)
-@pytest.mark.slow_but_first
 def test_body_stands_where_the_authors_had_it(diffcal_data, imported, name):
     scene = load_scene(imported(name).scene)
     (setup,) = scene.observations
