@@ -32,6 +32,8 @@ _ENDS, _STEPS, _LEANS = (0.8, 0.85, 0.9), 6, 0.2
 _PIECES = 128
 # So many nodes say how far along a point between them is; the last of them has no say.
 _NEAREST = 12
+# So many sets of points are remembered: nodes and middles of elements, as each pose places them.
+_REMEMBERED = 24
 
 
 @dataclass(frozen=True)
@@ -65,9 +67,25 @@ class BodyLine:
         Weights fall to nothing at the farthest of these nodes (Franke and Little, in Barnhill
         1977): which one of several that are as far is taken changes nothing. Each node tells
         along its own way, as means of nodes alone are drawn inwards at the tip.
+
+        What effects and patches ask for again and again is remembered: not to be written to.
         """
         if not len(points):
             return np.zeros(0)
+        key = np.ascontiguousarray(points, dtype=np.float64).tobytes()
+        found = self._fractions.get(key)
+        if found is None:
+            found = self._fractions[key] = self._fraction(points)
+            found.flags.writeable = False
+            if len(self._fractions) > _REMEMBERED:
+                del self._fractions[next(iter(self._fractions))]
+        return found
+
+    @cached_property
+    def _fractions(self) -> dict[bytes, FloatArray]:
+        return {}
+
+    def _fraction(self, points: FloatArray) -> FloatArray:
         apart, nearest = self._tree.query(points, k=min(_NEAREST, len(self.nodes)))
         reach, least = apart[:, -1:], 1e-9 * self.length
         weights = ((reach - apart) / np.maximum(apart, least)) ** 2 + least**2

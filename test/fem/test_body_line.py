@@ -69,6 +69,21 @@ def test_places_between_nodes_do_not_jump(arc):
         assert 0.0 < moves.max() < 1e-9
 
 
+def test_places_that_are_remembered_are_those_that_were_found(arc):
+    asked = [arc.rest_positions + 1e-4 * number for number in range(40)]
+    line = _axes(arc).line
+    first = [line.fraction(points) for points in asked]
+    # By now the first of them are forgotten; the last ones are the same arrays, not to be changed.
+    again = [line.fraction(points) for points in asked[::-1]][::-1]
+    for one, other, points in zip(first, again, asked, strict=True):
+        np.testing.assert_array_equal(one, other)
+        np.testing.assert_array_equal(one, _axes(arc).line.fraction(points))
+    assert again[-1] is first[-1]
+    assert again[0] is not first[0]
+    with pytest.raises(ValueError, match='read-only'):
+        first[-1][0] = 0.5
+
+
 def test_places_across_an_arc_are_those_across_the_straight_body(arc):
     axes = _axes(arc)
     triangles = arc.surface_triangles

@@ -20,6 +20,7 @@ from diffcal_ros.calibration.residuals.robust_residual import (
 )
 from diffcal_ros.calibration.residuals.scale_estimate import annealed, refined, SeenView
 from diffcal_ros.calibration.residuals.two_way_comparison import Misfit, TwoWayComparison
+from diffcal_ros.depth.trace import Trace
 from diffcal_ros.effects.registry import EFFECTS
 from diffcal_ros.least_squares.normal_equations import Linearisation, Prior
 from diffcal_ros.least_squares.residual_channel import linearise, ResidualChannel
@@ -245,8 +246,7 @@ class RobustObjective:
             For depth and edge: M residuals, and the Jacobian of the rendered side, shape (M, k).
         """
         unbiased = self.unbiased(comparison, coordinates)
-        by_depth = view.trace.push_depth(unbiased.depth.indices, tangent)
-        by_edge = view.trace.push_outline(unbiased.edge.indices, tangent)
+        by_depth, by_edge = _pushed(view.trace, unbiased, tangent)
         by_edge *= comparison.edge_scale[:, None]
         for index in self._bias_indices:
             by_edge[:, index] = comparison.edge_scale
@@ -261,3 +261,22 @@ class RobustObjective:
             if column is not None and weight:
                 by_depth[:, index] = weight * column
         return (unbiased.depth, by_depth), (unbiased.edge, by_edge)
+
+
+def _pushed(
+    trace: Trace, comparison: Comparison, tangent: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Push tangents, shape (k, N, 3), to the depths and edges of a comparison, (M, k) each.
+
+    Most parameters of many poses are of other cameras, and move nothing in this one.
+    """
+    moving = np.flatnonzero(tangent.any(axis=(1, 2)))
+    some = tangent[moving]
+    pushed = (
+        trace.push_depth(comparison.depth.indices, some),
+        trace.push_outline(comparison.edge.indices, some),
+    )
+    found = tuple(np.zeros((len(own), len(tangent))) for own in pushed)
+    for whole, own in zip(found, pushed, strict=True):
+        whole[:, moving] = own
+    return found[0], found[1]

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What effects in other forms may do besides: found once, around a model that fits about."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from diffcal_ros.diagnosis.patch_fits.free_fields import bend_fields
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
@@ -33,12 +34,14 @@ class FormBasis:
         points: nodes of the body in each view [m], camera frame, shape (N, 3) each.
         besides: by effect, what it may do besides in each pose: tangents by name of the patch.
         bends: what bends at rest do, likewise, the same in all poses.
+        known: what was judged by it: the same models are held against others again and again.
     """
 
     base: Refit
     points: tuple[FloatArray, ...]
     besides: dict[str, Rows]
     bends: Rows
+    known: dict[Hashable, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def of(cls, evaluator: PatchEvaluator, fit: Refit, base: Refit) -> 'FormBasis':

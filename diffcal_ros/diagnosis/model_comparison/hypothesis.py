@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model with one or more effects added, refitted."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.parameters.parameters import Parameter
@@ -13,6 +13,7 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import ways_of
 from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE, Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import full_names
 from diffcal_ros.diagnosis.screening.candidates import Candidate, identifiers_of, parameters_of
 from diffcal_ros.scene.model import Scene
 import numpy as np
@@ -289,6 +290,22 @@ def with_tolerance(
     """
     if basis is None:
         return hypothesis
+    fit, known = hypothesis.fit, basis.known
+    key = _key(hypothesis)
+    found = known.get((key, False)) or (known.get((key, True)) if is_brief else None)
+    if found is None:
+        ways = ways_of(hypothesis.evaluator.model, fit, basis, hypothesis.added)
+        found = known[key, is_brief] = tolerated(fit, ways, is_brief=is_brief)
+    return replace(hypothesis, judged=found)
+
+
+def _key(hypothesis: Hypothesis) -> Hashable:
+    """Return what tells fitted models of one basis apart: where each stands, and what it sees."""
     fit = hypothesis.fit
-    ways = ways_of(hypothesis.evaluator.model, fit, basis, hypothesis.added)
-    return replace(hypothesis, judged=tolerated(fit, ways, is_brief=is_brief))
+    return (
+        tuple((own, own.size) for own in hypothesis.added),
+        fit.parameters.names,
+        fit.coordinates.tobytes(),
+        fit.log_evidence,
+        tuple(full_names(fit.groups)),
+    )

@@ -14,6 +14,7 @@ from diffcal_ros.calibration.observations.observation import MEASURED_FRAMES, Ob
 from diffcal_ros.scene.model import DepthSensor
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 FloatArray = NDArray[np.float64]
 
@@ -169,6 +170,5 @@ def kernel(centers: FloatArray, length: float, *, is_mixed: bool = False) -> Flo
         length: over which they change [px].
         is_mixed: whether over lengths of all sizes about that.
     """
-    apart = centers[:, None] - centers[None]
-    squares = np.sum(apart**2, axis=-1) / length**2
+    squares = cdist(centers, centers, 'sqeuclidean') / length**2
     return np.asarray(1.0 / (1.0 + squares) if is_mixed else np.exp(-squares))

@@ -271,11 +271,15 @@ def averaged_by_cell(
         nothing = np.zeros(0)
         empty = np.zeros((0, jacobian.shape[1]))
         return nothing, empty, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), nothing
-    columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian])
+    # Of many cameras' parameters most move nothing here.
+    moving = np.flatnonzero(jacobian.any(axis=0))
+    columns = np.hstack([residuals.values[:, None], residuals.pixels, jacobian[:, moving]])
     cells, sums, totals = sums_by_cell(columns, numbers, weights)
     enough = totals >= least
     means = sums[enough] / totals[enough, None]
-    return means[:, 0], means[:, 3:], means[:, 1:3], cells[enough], totals[enough]
+    slopes = np.zeros((len(means), jacobian.shape[1]))
+    slopes[:, moving] = means[:, 3:]
+    return means[:, 0], slopes, means[:, 1:3], cells[enough], totals[enough]
 
 
 def sums_by_cell(

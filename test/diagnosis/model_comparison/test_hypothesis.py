@@ -15,11 +15,13 @@ from diffcal_ros.diagnosis.model_comparison.absence import (
 )
 from diffcal_ros.diagnosis.model_comparison.any_form import Tolerated
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
-from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis, with_tolerance
 from diffcal_ros.diagnosis.model_comparison.second_effect import most_gain
+from diffcal_ros.diagnosis.model_comparison.shared_patches import with_groups
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit, refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_group import full_names, only
 from diffcal_ros.diagnosis.screening.candidates import Candidate, candidates
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 from diffcal_ros.effects.registry import EFFECTS
@@ -27,6 +29,7 @@ from diffcal_ros.rigid_motion import upwards
 import numpy as np
 import pytest
 from support.far_worlds import moved_scene, moved_views, shift_by
+from support.judged_models import refitted_with
 from support.scenes import beam_scene, GRAVITY
 from support.watched import watched
 
@@ -236,6 +239,30 @@ def test_a_clamp_may_give_way_about_one_axis_alone(clean):
     alone = try_effects(evaluator, base, [single], {}, max_iterations=1)
     absent = replace(alone.fit, coordinates=np.zeros(len(names) - 2))
     assert replace(alone, fit=absent).is_at_bound, 'nothing of it is there'
+
+
+def test_a_model_is_judged_once_where_it_stands(screened, basis):
+    tilt = refitted_with(screened, 'gravity_tilt')
+    brief = with_tolerance(tilt, basis, is_brief=True).judged
+    whole = with_tolerance(tilt, basis).judged
+    assert np.isnan(brief.log_prediction)
+    assert np.isfinite(whole.log_prediction)
+    # What was judged whole need not be judged in brief again.
+    assert with_tolerance(replace(tilt), basis, is_brief=True).judged is whole
+    # Where it sees less, stands elsewhere, or may well be larger, it is another model.
+    names = full_names(tilt.fit.groups)
+    fewer = with_groups(tilt, only(tilt.fit.groups, set(names[::2])))
+    moved = tilt.fit.coordinates.copy()
+    moved[tilt.evaluator.model.parameters.names.index('youngs_modulus')] += 0.05
+    elsewhere = replace(tilt, fit=refit(tilt.evaluator, moved, max_iterations=1))
+    larger = replace(tilt, added=(replace(tilt.added[0], size=3.0),))
+    for other in (fewer, elsewhere, larger):
+        known, anew = (
+            with_tolerance(other, own).judged for own in (basis, replace(basis, known={}))
+        )
+        assert known is not whole
+        assert known.log_evidence == anew.log_evidence
+        assert known.log_prediction == anew.log_prediction
 
 
 def test_a_second_effect_can_gain_what_is_left_and_what_tolerance_costs(screened):

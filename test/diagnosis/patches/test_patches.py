@@ -38,6 +38,17 @@ def test_patches_are_means_over_cells(random):
     np.testing.assert_allclose(patches.centers[0], given.pixels[in_first].mean(axis=0), atol=0.2)
 
 
+def test_what_moves_nothing_has_no_slope_and_leaves_others_as_they_are(random):
+    given, own = residuals(random), random.normal(size=(4000, 2))
+    wide = np.zeros((4000, 5))
+    wide[:, [1, 4]] = own
+    patches = depth_patches(given, wide, NOISE, 20)
+    np.testing.assert_array_equal(
+        patches.jacobian[:, [1, 4]], depth_patches(given, own, NOISE, 20).jacobian
+    )
+    assert not patches.jacobian[:, [0, 2, 3]].any()
+
+
 def test_flying_pixels_do_not_move_a_patch(random):
     given = residuals(random)
     clean = depth_patches(given, np.zeros((4000, 1)), NOISE, 20).values
