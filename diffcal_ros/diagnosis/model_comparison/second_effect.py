@@ -10,7 +10,9 @@ a second effect must tell each pose from the others better than the first one al
 
 How large the sensor's smooth error is was found with the tangents of all effects projected out, so
 that just what a second effect explains was never the sensor's. So its size is integrated out anew
-beside each model (`smooth_sizes`): by a worse camera than was believed one effect may be all.
+beside each model (`smooth_sizes`): by a worse camera than was believed one effect may be all. So
+is one that a scene states: it may be misstated, and what a model is off by beside its effects (its
+mesh, its law, its poses) is as smooth.
 
 All is linear around each fit, those of single effects where forms lead them (`form_fits`).
 """

@@ -20,17 +20,20 @@ _FACTORS = (1.0, 1.5, 2.2, 3.3, 5.0)
 def size_factors(noises: Sequence[NoiseModel]) -> tuple[float, ...]:
     """Return by what factors smooth errors may be larger than is believed.
 
-    What a scene states of a sensor is as large as that; what was not measured is guessed large.
+    What a scene states was measured on a target, and may be misstated; and beside its effects a
+    model is off by what is smooth, too, whatever the sensor does. What was not measured is
+    guessed large.
 
     Args:
         noises: of all views.
     """
-    is_free = all(noise.is_measured and not noise.is_stated for noise in noises)
-    return _FACTORS if is_free else (1.0,)
+    return _FACTORS if all(noise.is_measured for noise in noises) else (1.0,)
 
 
 def log_beliefs(noises: Sequence[NoiseModel], factors: Sequence[float]) -> FloatArray:
     """Return the log of how much is believed in each factor beforehand, shape (f,).
+
+    Sizes are believed by the one that is usual, those of sensors whose error is stated by that.
 
     Args:
         noises: of all views.
@@ -38,8 +41,8 @@ def log_beliefs(noises: Sequence[NoiseModel], factors: Sequence[float]) -> Float
     """
     if len(factors) == 1:
         return np.zeros(1)
-    largest = max(noise.smooth for noise in noises)
-    believed = log_belief(largest / NoiseModel.smooth * np.array(factors))
+    usual = max(1.0 if n.is_stated else n.smooth / NoiseModel.smooth for n in noises)
+    believed = log_belief(usual * np.array(factors))
     return np.asarray(believed - np.logaddexp.reduce(believed))
 
 

@@ -141,10 +141,18 @@ def _with_standing_error(fit: Refit, noise: NoiseModel, size: float, seed: int) 
     return replace(fit, groups=groups)
 
 
-@pytest.mark.parametrize(('bias', 'size'), [(0.0, 0.0012), (0.006, 0.0002)])
+@pytest.mark.parametrize(
+    ('bias', 'size', 'is_stated'),
+    [
+        (0.0, 0.0012, False),
+        (0.0, 0.0008, True),
+        (0.006, 0.0002, False),
+        (0.006, 0.0002, True),
+    ],
+)
 @pytest.mark.slow_but_first
-def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size):
-    noise = replace(pair.evaluator.noises[0], standing=0.9)
+def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size, is_stated):
+    noise = replace(pair.evaluator.noises[0], standing=0.9, is_stated=is_stated)
     poses, places = _in_poses(pair, (0.0, 0.0, 0.0), bias)
     alone = pair.added[:1]
 

@@ -67,10 +67,21 @@ def test_what_else_is_in_doubt_stays():
         np.testing.assert_allclose(np.diag(more), 0.001**2, rtol=1e-9)
 
 
-def test_what_is_stated_or_guessed_is_as_large_as_that():
-    assert size_factors([replace(_NOISE, is_stated=True)]) == (1.0,)
+def test_what_is_guessed_is_as_large_as_that():
     assert size_factors([_NOISE, replace(_NOISE, is_measured=False)]) == (1.0,)
     assert len(size_factors([_NOISE, _NOISE])) > 3
+    assert len(size_factors([replace(_NOISE, is_stated=True)])) > 3
+
+
+def test_what_is_stated_is_believed_by_itself():
+    factors = size_factors([_NOISE])
+    small, large = (replace(_NOISE, smooth=size, is_stated=True) for size in (1e-4, 1e-3))
+    believed = log_beliefs([small, small], factors)
+    np.testing.assert_array_equal(believed, log_beliefs([large, small], factors))
+    usual = replace(_NOISE, smooth=NoiseModel.smooth)
+    np.testing.assert_array_equal(believed, log_beliefs([usual], factors))
+    # Another one that is larger than usual, and is not stated to be, is believed less.
+    assert log_beliefs([large, replace(large, is_stated=False)], factors)[0] > believed[0]
 
 
 def test_a_size_is_believed_the_less_the_farther_it_is_from_what_is_usual():
