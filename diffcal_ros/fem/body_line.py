@@ -78,7 +78,8 @@ class BodyLine:
             found = self._fractions[key] = self._fraction(points)
             found.flags.writeable = False
             if len(self._fractions) > _REMEMBERED:
-                del self._fractions[next(iter(self._fractions))]
+                # Other threads may forget one as well: no iterator is open while they do.
+                self._fractions.pop(list(self._fractions)[0], None)  # noqa: RUF015
         return found
 
     @cached_property

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The line of a bent body: places along and across it, and how it is bent on."""
 
+from concurrent.futures import ThreadPoolExecutor
+import sys
+
 from diffcal_ros.fem.body_axes import body_axes, BodyAxes
 from diffcal_ros.fem.terms.rest_shape import bent
 from diffcal_ros.rigid_transform import apply, rotation_matrix, transform
@@ -82,6 +85,24 @@ def test_places_that_are_remembered_are_those_that_were_found(arc):
     assert again[0] is not first[0]
     with pytest.raises(ValueError, match='read-only'):
         first[-1][0] = 0.5
+
+
+def test_threads_may_ask_for_places_at_once(arc):
+    asked = [arc.rest_positions[:20] + 1e-5 * number for number in range(100)]
+    line = _axes(arc).line
+    expected = [line.fraction(points) for points in asked]
+
+    def ask(seed: int) -> bool:
+        numbers = np.random.default_rng(seed).integers(0, len(asked), 1000)
+        return all(np.array_equal(line.fraction(asked[n]), expected[n]) for n in numbers)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            assert all(pool.map(ask, range(4)))
+    finally:
+        sys.setswitchinterval(before)
 
 
 def test_places_across_an_arc_are_those_across_the_straight_body(arc):
