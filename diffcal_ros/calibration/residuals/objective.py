@@ -271,12 +271,8 @@ def _pushed(
     Most parameters of many poses are of other cameras, and move nothing in this one.
     """
     moving = np.flatnonzero(tangent.any(axis=(1, 2)))
-    some = tangent[moving]
-    pushed = (
-        trace.push_depth(comparison.depth.indices, some),
-        trace.push_outline(comparison.edge.indices, some),
-    )
-    found = tuple(np.zeros((len(own), len(tangent))) for own in pushed)
-    for whole, own in zip(found, pushed, strict=True):
-        whole[:, moving] = own
-    return found[0], found[1]
+    depths, edges = comparison.depth.indices, comparison.edge.indices
+    by_depth, by_edge = (np.zeros((len(own), len(tangent))) for own in (depths, edges))
+    by_depth[:, moving] = trace.push_depth(depths, tangent[moving])
+    by_edge[:, moving] = trace.push_outline(edges, tangent[moving])
+    return by_depth, by_edge
