@@ -134,6 +134,7 @@ class Sight:
         views: number of the view of each, shape (n,).
         volumes: what patches cost that are uneven, see `Whitened`, shape (n,).
         prices: what they cost that are far off, likewise.
+        sizes: log determinant of their noise, see `Whitened`, shape (n,).
     """
 
     values: FloatArray
@@ -144,6 +145,7 @@ class Sight:
     views: NDArray[np.int64]
     volumes: FloatArray
     prices: FloatArray
+    sizes: FloatArray
 
     @classmethod
     def of(cls, fit: Refit, seen: Whitened, pose_count: int, gone: Sequence[str] = ()) -> 'Sight':
@@ -175,6 +177,7 @@ class Sight:
             views=seen.views,
             volumes=seen.volumes,
             prices=seen.tolerances,
+            sizes=seen.sizes,
         )
 
     def without(self, view: int) -> 'Sight':
@@ -189,11 +192,20 @@ class Sight:
             self.views[others],
             self.volumes[others],
             self.prices[others],
+            self.sizes[others],
         )
 
     def level(self) -> float:
         """Return the log density, both tolerances integrated out."""
         return float(logsumexp(self.levels()))
+
+    @property
+    def noise(self) -> float:
+        """Log determinant of the noise: what a density costs by its size, which levels leave out.
+
+        Models are held against one another by the same noise. Sizes of noise are not.
+        """
+        return float(self.sizes.sum())
 
     def levels(self) -> FloatArray:
         """Return the log density with each pair of tolerances and the log of its prior, (b, f)."""

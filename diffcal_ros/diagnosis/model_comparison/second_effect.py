@@ -163,22 +163,21 @@ def explained(
         factors: by which these may be larger than is believed.
     """
     gone = parameters_of(fit.parameters, [own for own in added if own not in kept])
-    levels = np.array(
-        [
-            _levels(replace(fit, groups=with_larger_error(fit.groups, noises, own)), ways, gone)
-            for own in factors
-        ]
-    )
-    believed = log_beliefs(noises, factors)
-    whole, every, *lacking = logsumexp(levels + believed[:, None], axis=0)
+    known = [with_larger_error(fit.groups, noises, own) for own in factors]
+    sights = [_sights(replace(fit, groups=groups), ways, gone) for groups in known]
+    levels = np.array([[sight.level() for sight in own] for own in sights])
+    noise = np.array([[sight.noise for sight in own] for own in sights])
+    # What is expected to scatter more is less likely to be where it is.
+    weighed = levels - 0.5 * (noise - noise[0]) + log_beliefs(noises, factors)[:, None]
+    whole, every, *lacking = logsumexp(weighed, axis=0)
     return Explained(float(whole), float(sum(every - without for without in lacking)))
 
 
-def _levels(fit: Refit, ways: Ways, gone: Sequence[str]) -> list[float]:
-    """Return log densities: of patches, of those of views apart, and of all views but each."""
+def _sights(fit: Refit, ways: Ways, gone: Sequence[str]) -> list[Sight]:
+    """Return patches, those of views apart, and of all views but each."""
     counted = in_form(fit, ways, gone)
     seen = whiten(counted.groups, Part.FIT, is_apart=True)
     apart = Sight.of(fit, seen, ways.pose_count, gone)
     views = np.unique(apart.views)
-    lacking = [apart.without(view).level() for view in views] if len(views) > 1 else []
-    return [counted.sight.level(), apart.level(), *lacking]
+    lacking = [apart.without(view) for view in views] if len(views) > 1 else []
+    return [counted.sight, apart, *lacking]

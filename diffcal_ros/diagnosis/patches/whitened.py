@@ -49,6 +49,8 @@ class Whitened:
             shape (n,); what views have in common is in the last of them.
         tolerances: by how much that of patches that are far off exceeds it, since they count less,
             shape (n,), likewise.
+        sizes: log determinant of the covariance without either, in square metres, shape (n,),
+            likewise.
     """
 
     values: FloatArray
@@ -56,6 +58,7 @@ class Whitened:
     views: NDArray[np.int64]
     volumes: FloatArray
     tolerances: FloatArray
+    sizes: FloatArray
 
     @property
     def tolerance(self) -> float:
@@ -124,6 +127,7 @@ def whiten(
         np.concatenate([part.views for part in parts]),
         np.concatenate([part.volumes for part in parts]),
         np.concatenate([part.tolerances for part in parts]),
+        np.concatenate([part.sizes for part in parts]),
     )
 
 
@@ -250,7 +254,8 @@ def _whitened(recording: _Recording) -> Whitened:
     if np.any(covariance != recording.covariance):
         held = cholesky(recording.covariance, lower=True)
         tolerances = 2.0 * np.log(np.diag(factor) / np.diag(held))
-    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, tolerances)
+    sizes = 2.0 * np.log(np.diag(factor)) - volumes - tolerances
+    return Whitened(both[:, 0], both[:, 1:], recording.views, volumes, tolerances, sizes)
 
 
 def _common(groups: Sequence[PatchGroup], patches: Sequence[Patches]) -> FloatArray:

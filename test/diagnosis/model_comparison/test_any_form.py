@@ -159,7 +159,7 @@ def test_what_is_found_is_the_mean_given_the_patches_and_what_it_leaves():
     random = np.random.default_rng(8)
     own, by_pose, form = (random.normal(size=(12, width)) for width in (4, 3, 5))
     values, root = random.normal(size=12), random.normal(size=(6, 4))
-    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int), np.zeros(12), np.zeros(12))
+    sight = Sight(values, own, root, by_pose, form, np.zeros(12, int), *np.zeros((3, 12)))
     found = sight.at(0.3, 0.7)
     covariance = np.eye(12) + own @ own.T + 0.09 * by_pose @ by_pose.T + 0.49 * form @ form.T
     inverse = np.linalg.inv(covariance)

@@ -96,7 +96,7 @@ def test_transfer_is_the_density_of_each_pose_given_the_others(monkeypatch):
     known = own @ own.T + np.eye(9)
     volumes = random.random(9)
     prices = random.random(9)
-    sight = Sight(values, own, np.eye(6), by_pose, form, views, volumes, prices)
+    sight = Sight(values, own, np.eye(6), by_pose, form, views, volumes, prices, np.zeros(9))
     covariance = known + 0.25 * by_pose @ by_pose.T + 0.09 * form @ form.T
     for view in range(3):
         here, others = views == view, views != view
@@ -175,6 +175,24 @@ def test_what_a_worse_sensor_reads_is_no_second_effect(pair, basis, bias, size, 
     free = np.array([added(fit, size_factors([noise])) for fit in read])
     assert fixed.max() > 30.0, 'by a good sensor something is there'
     assert np.all(free > 8.0) if bias else np.all(free < 8.0)
+
+
+@pytest.mark.parametrize('larger', [1.0, 4.0])
+def test_sizes_of_an_error_are_weighed_by_their_whole_density(pair, basis, larger, monkeypatch):
+    """One that is as believed is not taken for one four times as large, which leaves less."""
+    monkeypatch.setattr(second_effect, 'log_beliefs', lambda _, factors: np.zeros(len(factors)))
+    noise = replace(pair.evaluator.noises[0], standing=0.9)
+    poses, places = _in_poses(pair, (0.0, 0.0, 0.0))
+    gained = []
+    for seed in range(6):
+        fit = _with_standing_error(poses, noise, larger * noise.smooth, seed)
+        ways = ways_at(places, fit, basis, pair.added)
+        one, both = (
+            explained(fit, pair.added, pair.added, ways, [noise] * len(_POSES), factors)
+            for factors in ((1.0,), (1.0, 4.0))
+        )
+        gained.append(both.log_evidence - one.log_evidence)
+    assert (np.mean(gained) > np.log(2.0)) == (larger > 1.0)
 
 
 def test_what_a_single_pose_cannot_tell_is_not_asked_of_it(tilted, pair, basis):

@@ -10,6 +10,7 @@ from diffcal_ros.diagnosis.patches.patches import Patches
 from diffcal_ros.diagnosis.patches.whitened import excess_over, independent_count, Part, whiten
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 _FIXTURE = 0.030  # What shows something else than the body is off by that in every model [m].
 
@@ -140,6 +141,27 @@ def test_being_far_off_adds_to_the_log_determinant():
     # By the squares alone the one that is farther off would be the likelier one.
     assert loose.chi_square < 0.7 * held.chi_square
     assert loose.chi_square + loose.tolerance > 1.1 * held.chi_square
+
+
+@pytest.mark.parametrize('standing', [0.0, 0.4])
+@pytest.mark.parametrize('farther', [0.0, 30.0])
+def test_all_that_a_density_costs_is_the_determinant_of_the_covariance(standing, farther):
+    """Uneven, far off or near: a larger error is less likely where little is left."""
+    groups, covariances, evens = _uneven(standing)
+    groups = [
+        replace(own, patches=replace(own.patches, values=own.patches.values + farther * (n == 0)))
+        for n, own in enumerate(groups)
+    ]
+    seen = whiten(groups, Part.ALL, is_apart=True)
+    whole = seen.chi_square + seen.volume + seen.tolerance + seen.sizes.sum()
+    expected, even = 0.0, sum(_log_determinant(one) for one in evens)
+    for own, covariance in zip(groups, covariances, strict=True):
+        values, spread = own.patches.values, np.sqrt(np.diag(covariance))
+        grown = np.diag(covariance) * np.maximum(np.abs(values) / (5.0 * spread) - 1.0, 0.0)
+        counted = covariance + np.diag(grown)
+        expected += -2.0 * multivariate_normal.logpdf(values, np.zeros(7), counted)
+    assert whole + 14.0 * np.log(2.0 * np.pi) == pytest.approx(expected, rel=1e-9)
+    assert (seen.sizes.sum() == pytest.approx(even)) == (farther == 0.0)
 
 
 @pytest.mark.parametrize('standing', [0.0, 2.0])
