@@ -69,6 +69,8 @@ class Hypothesis:
         fit: where it ended.
         judged: with a tolerance for the form of its effects; None: of just this form.
         guessed: log evidence where the size of the noise is the model's own; None: it is known.
+        larger: by what factor the sensor's smooth error is larger than is believed, as is to be
+            expected beside it (`second_effect`); 1 where that was not asked for.
     """
 
     added: tuple[Candidate, ...]
@@ -77,6 +79,7 @@ class Hypothesis:
     fit: Refit
     judged: Tolerated | None = None
     guessed: float | None = None
+    larger: float = 1.0
 
     @property
     def log_evidence(self) -> float:

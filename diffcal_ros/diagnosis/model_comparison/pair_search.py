@@ -63,7 +63,8 @@ def best_pairs(
     least = max(h.level for h in singles) + PAIR_GAIN
     listed = _offers(pool, singles, scores, basis)
     hopeful = [offer for offer in listed if offer.at_most > least or not offer.is_known]
-    offers = hopeful[:most]
+    untold = [offer for offer in hopeful[most:] if offer.is_untold]
+    offers = [*hopeful[:most], *untold]
     if not pool.nominal.is_measured or len(offers) < 2:
         pairs = pool.refit_all([offer.request for offer in offers])
         return finished(pool, pairs, rivals=singles, judge=judge)
@@ -115,6 +116,11 @@ class _Offer:
         """Level where as much more than that is kept as may be."""
         return self.start + self.misses * self.gain
 
+    @property
+    def is_untold(self) -> bool:
+        """Whether no tangents tell what it comes to."""
+        return bool(np.isinf(self.misses))
+
 
 def _offers(
     pool: RefitPool, singles: Sequence[Hypothesis], scores: Screen, basis: FormBasis | None
@@ -135,14 +141,17 @@ def _offers(
             again = screen(one.evaluator, one.fit.coordinates, others, _forms(one, basis))
         except NotSimulatedError:
             continue  # No steps lead there again, see `lead_to`.
-        for score in _seconds(first, again.scores, pool.nominal.is_measured):
+        tells = is_known or one is not best
+        for score in _seconds(
+            first, again.scores, is_measured=pool.nominal.is_measured, tells=tells
+        ):
             names = identifiers_of((first, score.candidate))
             # Of a plane and a bar tangents know nothing: both are tried.
             is_one = pool.nominal.is_measured and score.candidate.effect.has_tangent
             key = names if is_one else (*names, *score.candidate.components)
             stands, both = one.fit.values_by_name(), [first, score.candidate]
             request = request_beside(stands, both, score, singles, one.freed)
-            misses = _misses(one, request.added)
+            misses = _misses(one, request.added, tells=tells)
             offer = _Offer(request, one.level, score.log_evidence, misses, is_known)
             found.setdefault(key, offer)
     return list(found.values())
@@ -153,13 +162,26 @@ def _owes_little(model: Hypothesis) -> bool:
     return FORM_DOUBT * model.leaning <= PAIR_GAIN * max(1.0, model.chi_square_per_patch)
 
 
-def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> list[Score]:
+def _seconds(
+    first: Candidate, scores: Sequence[Score], *, is_measured: bool, tells: bool
+) -> list[Score]:
     """Return what is offered beside a first effect, each in its best variant.
 
     What another material does, it does from one border on: by a guessed floor nothing rules such a
-    variant out.
+    variant out. Beside what leaves more than noise what stands in for contact tells nothing: of a
+    body that a step of depth was to explain, and that was eight times too stiff for it, a plane
+    was to explain 25 and explains 254.
+
+    Args:
+        first: the first effect.
+        scores: around it, best first.
+        is_measured: whether the sensor floor was.
+        tells: whether scores tell of what has no tangent how much it may add.
     """
-    best = distinct(scores)[:_SECONDS]
+    every = distinct(scores)
+    best = every[:_SECONDS]
+    if not tells:
+        best += [own for own in every[_SECONDS:] if _has_no_tangent(own) and own.gain > 0.0]
     if is_measured:
         by_name = (
             [other for other in scores if other.candidate.identifier == own.candidate.identifier]
@@ -173,14 +195,25 @@ def _seconds(first: Candidate, scores: Sequence[Score], is_measured: bool) -> li
     return [s for s in scores if s.candidate in chosen or s.candidate.identifier in likewise]
 
 
-def _misses(one: Hypothesis, added: Sequence[Candidate]) -> float:
+def _has_no_tangent(score: Score) -> bool:
+    return not score.candidate.effect.has_tangent
+
+
+def _misses(one: Hypothesis, added: Sequence[Candidate], *, tells: bool) -> float:
     """Return to how many times what tangents promise around a single effect a pair may come.
 
     Where that leaves much in any form, they begin far from where the pair is.
+
+    Args:
+        one: the single effect.
+        added: both of the pair.
+        tells: see `_seconds`.
     """
+    is_smooth = all(candidate.effect.has_tangent for candidate in added)
+    if not (is_smooth or tells):
+        return np.inf
     if one.judged is not None and not one.leaves_noise:
         return _FAR_TANGENTS_MISS
-    is_smooth = all(candidate.effect.has_tangent for candidate in added)
     return _TANGENTS_MISS if is_smooth else _STAND_INS_MISS
 
 

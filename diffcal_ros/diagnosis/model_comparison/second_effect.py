@@ -48,16 +48,20 @@ class Explained:
     Attributes:
         log_evidence: of the patches that were fitted.
         log_transfer: log density of each view given all others, summed; 0 of a single view.
+        larger: by what factor the sensor's smooth error is larger than is believed, as is to be
+            expected beside them.
     """
 
     log_evidence: float
     log_transfer: float
+    larger: float = 1.0
 
     def above(self, others: Sequence['Explained']) -> 'Explained':
         """Return by how much it is above the best of others, each figure for itself."""
-        return Explained(
-            self.log_evidence - max(other.log_evidence for other in others),
-            self.log_transfer - max(other.log_transfer for other in others),
+        return replace(
+            self,
+            log_evidence=self.log_evidence - max(other.log_evidence for other in others),
+            log_transfer=self.log_transfer - max(other.log_transfer for other in others),
         )
 
 
@@ -170,7 +174,9 @@ def explained(
     # What is expected to scatter more is less likely to be where it is.
     weighed = levels - 0.5 * (noise - noise[0]) + log_beliefs(noises, factors)[:, None]
     whole, every, *lacking = logsumexp(weighed, axis=0)
-    return Explained(float(whole), float(sum(every - without for without in lacking)))
+    chances = np.exp(weighed[:, 0] - whole)
+    larger = float(np.sqrt(chances @ np.square(factors)))
+    return Explained(float(whole), float(sum(every - own for own in lacking)), larger)
 
 
 def _sights(fit: Refit, ways: Ways, gone: Sequence[str]) -> list[Sight]:

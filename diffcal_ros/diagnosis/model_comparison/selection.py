@@ -288,6 +288,7 @@ def compared(
     added = None
     if singles and pairs and basis is not None:
         added = second_adds(singles, pairs[0], basis)
+        pairs[0] = replace(pairs[0], larger=added.larger)
     found = Selection(tuple(singles), tuple(pairs), scale, pool.nominal.is_measured, added)
     if added is None:
         return found

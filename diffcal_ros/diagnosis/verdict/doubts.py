@@ -20,6 +20,7 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import PAIR_GAIN
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
+from diffcal_ros.diagnosis.patches.smooth_sizes import with_larger_error
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
@@ -200,9 +201,17 @@ def _closures(hypothesis: Hypothesis, nominal: Refit) -> tuple[float, float]:
 
 
 def _leaves_more(hypothesis: Hypothesis) -> bool:
-    """Tell whether even the likeliest form leaves much more than the floors."""
-    floor = patch_gap(hypothesis.fit.groups, Part.REPORT).whole_floor
-    return hypothesis.judged is not None and hypothesis.judged.left > FAR_ABOVE * floor
+    """Tell whether even the likeliest form leaves much more than the floors.
+
+    Those of the sensor beside it: where noise alone is left on what was fitted, that tells how
+    large its smooth error is. What leaves more would make one of whatever is missing.
+    """
+    if hypothesis.judged is None:
+        return False
+    larger = hypothesis.larger if hypothesis.leaves_noise else 1.0
+    groups = with_larger_error(hypothesis.fit.groups, hypothesis.evaluator.noises, larger)
+    floor = patch_gap(groups, Part.REPORT).whole_floor
+    return hypothesis.judged.left > FAR_ABOVE * floor
 
 
 def off_in_form(hypothesis: Hypothesis) -> float:

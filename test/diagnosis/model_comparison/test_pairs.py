@@ -46,8 +46,10 @@ def test_where_a_pair_leaves_noise_others_that_lead_nowhere_near_are_left(screen
     good = replace(one.fit, log_evidence=5e3, chi_square=chi_square * one.fit.patch_count)
     pool = _Pool(evaluator, nominal, {name: replace(one, fit=good) for name in names})
     pair_search.best_pairs(pool, [wrong], scores, None)
-    # It is three that are tried at most, and no promise of the others reaches as far.
-    assert (len(pool.asked) == 1) == leaves_noise
+    # No promise of the others reaches as far, and of contact beside what is far off there is none.
+    others = [own for own in pool.asked[1:] if 'contact_plane' not in own]
+    assert (not others) == leaves_noise
+    assert ('contact_plane', 'depth_affine') in pool.asked[1:]
 
 
 @pytest.mark.parametrize('leaves_noise', [True, False])
@@ -168,11 +170,17 @@ def test_of_what_has_no_tangent_every_kind_is_offered(screened):
     assert len(listed) > 2
     first = best['depth_affine'].candidate
     tilts = [s for s in scores.scores if s.candidate.identifier == 'gravity_tilt']
-    found = pair_search._seconds(first, [listed[0], *tilts, *listed[1:]], is_measured=True)
+    scored = [listed[0], *tilts, *listed[1:]]
+    found = pair_search._seconds(first, scored, is_measured=True, tells=True)
     assert found == [one, tilts[0], other]
-    # Where it is none of the best it is not offered at all.
+    # Where it is none of the best it is offered only where scores tell nothing of it.
     ahead = [best[name] for name in ('camera_offset', 'clamp_offset', 'gravity_tilt')]
-    assert pair_search._seconds(first, [*ahead, *listed], is_measured=True) == ahead
+    for tells in (True, False):
+        found = pair_search._seconds(first, [*ahead, *listed], is_measured=True, tells=tells)
+        assert found == (ahead if tells else [*ahead, one, other])
+    nothing = [replace(own, gain=0.0) for own in listed]
+    found = pair_search._seconds(first, [*ahead, *nothing], is_measured=True, tells=False)
+    assert found == ahead
 
 
 def test_forms_are_told_by_the_names_of_patches(screened):

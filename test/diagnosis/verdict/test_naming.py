@@ -18,12 +18,13 @@ from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
 from diffcal_ros.diagnosis.patches.patch_group import with_columns
+from diffcal_ros.diagnosis.patches.smooth_sizes import with_larger_error
 from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
-from diffcal_ros.diagnosis.verdict.unknown import is_unexplained, Unknown
+from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, is_unexplained, Unknown
 from diffcal_ros.diagnosis.verdict.verdict_figures import closed_in_its_form, closure_of
 from diffcal_ros.time_knot import knots_between
 import numpy as np
@@ -250,6 +251,24 @@ def test_a_pair_that_leaves_more_than_the_floors_is_not_all(clearly_screened, ti
     twice = replace(judged, added=(*judged.added, *judged.added))
     assert 'not all that is missing' in doubts_about(twice, nominal)[0]
     assert doubts_about(judged, nominal) == (), 'of one effect its form tells the rest'
+
+
+@pytest.mark.parametrize('leaves_noise', [True, False])
+def test_a_sensor_that_is_worse_beside_a_pair_leaves_more(clearly_screened, tilted, leaves_noise):
+    """Where more than noise is left on what was fitted, that is not the sensor's."""
+    _, nominal, _ = clearly_screened
+    count = tilted.fit.patch_count
+    chi_square = (0.8 if leaves_noise else 3.0) * count
+    groups, noises = tilted.fit.groups, tilted.evaluator.noises
+    floors = [
+        patch_gap(with_larger_error(groups, noises, own), Part.REPORT).whole_floor
+        for own in (1.0, 3.0)
+    ]
+    judged = with_judgement(tilted, left=FAR_ABOVE * np.mean(floors), chi_square=chi_square)
+    twice = replace(judged, added=(*judged.added, *judged.added))
+    assert 'not all that is missing' in doubts_about(twice, nominal)[0]
+    doubts = doubts_about(replace(twice, larger=3.0), nominal)
+    assert (doubts == ()) == leaves_noise
 
 
 @pytest.mark.parametrize(
