@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 import math
 
-from diffcal_ros.calibration.observations.observation import FusedDepth, MEASURED_FRAMES
+from diffcal_ros.calibration.observations.frame_noise import MEASURED_FRAMES
+from diffcal_ros.calibration.observations.observation import FusedDepth
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.scene.model import DepthSensor

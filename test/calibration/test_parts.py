@@ -5,7 +5,8 @@
 import json
 
 from diffcal_ros.calibration.calibrate import calibrate
-from diffcal_ros.calibration.observations.observation import fuse_frames, noise_at_rest
+from diffcal_ros.calibration.observations.frame_noise import noise_at_rest
+from diffcal_ros.calibration.observations.observation import fuse_frames
 from diffcal_ros.calibration.residuals.correlation import correlation_lengths
 from diffcal_ros.calibration.residuals.gap import measure_gap
 from diffcal_ros.calibration.results.outcome import Outcome
@@ -81,12 +82,12 @@ def test_noise_is_told_alike_by_few_frames_and_by_many(random, count) -> None:
     told = fuse_frames(_frames(images)).noise * np.sqrt(count)
     # Of three frames the median of what each pixel shows is 17 % less.
     assert told == pytest.approx(noise, rel=0.03)
-    assert noise_at_rest(_frames(images)) == pytest.approx(told)
+    assert noise_at_rest(_frames(images)).pixel == pytest.approx(told)
 
 
 def test_two_frames_do_not_tell_the_noise(random) -> None:
     images = [0.5 + random.normal(scale=0.001, size=(40, 50)) for _ in range(2)]
-    assert np.isnan(noise_at_rest(_frames(images)))
+    assert np.isnan(noise_at_rest(_frames(images)).pixel)
 
 
 def test_fused_frames_see_between_the_steps_of_a_sensor(random) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.calibration.forward.motion_check import check_motion
+from diffcal_ros.calibration.observations.frame_noise import noise_at_rest
 from diffcal_ros.calibration.observations.frame_times import FEWEST_FRAMES, FrameTime
 from diffcal_ros.calibration.observations.observation import (
     Instant,
     measured_depth,
-    noise_at_rest,
     Observation,
 )
 from diffcal_ros.depth_frame import DepthFrame
@@ -52,7 +52,8 @@ def observe_motion(
             name=f'{resting.name}, {when.time:.3f} s',
             depth=measured_depth(frame.depth, sensor),
             frame_count=1,
-            noise=noise,
+            noise=noise.pixel,
+            grain=noise.grain,
             instant=Instant(when.time, resting.setup_index, when.is_held_out),
         )
         for when, frame in good

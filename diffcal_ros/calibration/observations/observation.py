@@ -3,23 +3,21 @@
 """What was seen of the body in one posture, or at one instant of its motion, by one camera."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from diffcal_ros.calibration.observations.camera_pose import CameraPose
+from diffcal_ros.calibration.observations.frame_noise import frame_noise, FrameNoise
 from diffcal_ros.camera import PinholeCamera
 from diffcal_ros.depth_frame import DepthFrame
 from diffcal_ros.errors import RecordingError
 from diffcal_ros.scene.model import DepthSensor
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv
 
 FloatArray = NDArray[np.float64]
 
 # Frames beyond this many say nothing new about a body at rest.
 MAX_FUSED_FRAMES = 31
-# Repeated frames from which the noise of a pixel counts as measured: thousands of pixels tell it.
-MEASURED_FRAMES = 3
 # So many standard deviations from the median a depth is the same surface's.
 _NEAR = 4.0
 _PIXELS_AT_ONCE = 8192
@@ -57,6 +55,7 @@ class Observation:
         frame_count: frames that `depth` was made from.
         noise: standard deviation of one pixel of `depth` [m], measured from the frames; of a
             motion from those before the release; NaN where there are too few.
+        grain: pixels whose average scatters as one does, see `FrameNoise`, measured likewise.
         instant: of a body that moves; None for one at rest.
         left_out: pixels that are not looked at, shape (H, W); None: all are.
         mirrored: another camera pose that a flat marker allows about as well, shape (4, 4), or
@@ -73,6 +72,7 @@ class Observation:
     pose_pivot: FloatArray | None = None
     frame_count: int = 1
     noise: float = float('nan')
+    grain: float = 1.0
     instant: Instant | None = None
     left_out: NDArray[np.bool_] | None = None
     mirrored: FloatArray | None = None
@@ -128,11 +128,13 @@ class FusedDepth:
         depth: mean over frames near their median [m], shape (H, W), NaN where most saw nothing.
         frame_count: frames used.
         noise: standard deviation of one pixel of `depth` over time [m]; NaN from one frame.
+        grain: pixels whose average scatters as one does, see `FrameNoise`.
     """
 
     depth: NDArray[np.float32]
     frame_count: int
     noise: float
+    grain: float = 1.0
 
 
 def fuse_frames(frames: Iterable[DepthFrame]) -> FusedDepth:
@@ -153,21 +155,21 @@ def fuse_frames(frames: Iterable[DepthFrame]) -> FusedDepth:
     if not stack:
         raise RecordingError('there is no depth frame: a calibration needs at least one')
     if len(stack) == 1:
-        fused, noise = stack[0], float('nan')
+        fused, noise = stack[0], FrameNoise()
     else:
         images = np.stack(stack)
         seen = np.isfinite(images).sum(axis=0)
         fused = np.full(images.shape[1:], np.nan, dtype=np.float32)
         enough = 2 * seen >= len(stack)
-        single = _usual_noise(images[:, seen == len(stack)])
-        fused[enough] = _mean_near_median(images[:, enough], _NEAR * single)
-        noise = single / float(np.sqrt(len(stack)))
+        single = frame_noise(images)
+        fused[enough] = _mean_near_median(images[:, enough], _NEAR * single.pixel)
+        noise = replace(single, pixel=single.pixel / float(np.sqrt(len(stack))))
     if not np.isfinite(fused).any():
         raise RecordingError(
             'every depth pixel is invalid: check the distance to the body, the depth unit '
             '(32FC1 is metres, 16UC1 millimetres) and the sensor'
         )
-    return FusedDepth(fused, len(stack), noise)
+    return FusedDepth(fused, len(stack), noise.pixel, noise.grain)
 
 
 def make_observation(
@@ -198,6 +200,7 @@ def make_observation(
         pose_pivot=pose.pivot,
         frame_count=fused.frame_count,
         noise=fused.noise,
+        grain=fused.grain,
         mirrored=pose.mirrored,
         sensor=sensor,
     )
@@ -231,27 +234,3 @@ def _mean_near_median(samples: NDArray[np.float32], reach: float) -> NDArray[np.
         mean = middle + np.where(near, apart, 0.0).sum(axis=0) / count
         found[first : first + _PIXELS_AT_ONCE] = mean
     return found
-
-
-def noise_at_rest(frames: Sequence[DepthFrame]) -> float:
-    """Return the noise of one pixel of one frame [m] from frames of a body at rest.
-
-    NaN where fewer than `MEASURED_FRAMES` are given, or no pixel is valid in all of them.
-    """
-    if len(frames) < MEASURED_FRAMES:
-        return float('nan')
-    images = np.stack([frame.depth for frame in frames])
-    return _usual_noise(images[:, np.isfinite(images).all(axis=0)])
-
-
-def _usual_noise(samples: NDArray[np.float32]) -> float:
-    """Return the usual standard deviation over frames [m], from shape (frames, pixels).
-
-    The median over pixels of what few frames show is less than what it is, by 17 % of three: it is
-    that of a chi distribution. NaN without pixels.
-    """
-    count, freedom = samples.shape[1], len(samples) - 1
-    if count == 0:
-        return float('nan')
-    usual = np.sqrt(2.0 * gammaincinv(0.5 * freedom, 0.5) / freedom)
-    return float(np.median(np.std(samples, axis=0, ddof=1)) / usual)

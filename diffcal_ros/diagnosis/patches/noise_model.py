@@ -10,7 +10,8 @@ and many frames tell no more about it than one.
 
 from dataclasses import dataclass, replace
 
-from diffcal_ros.calibration.observations.observation import MEASURED_FRAMES, Observation
+from diffcal_ros.calibration.observations.frame_noise import MEASURED_FRAMES
+from diffcal_ros.calibration.observations.observation import Observation
 from diffcal_ros.scene.model import DepthSensor
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,7 @@ class NoiseModel:
         standing: share of that of depth which all recordings have in common, before that.
         is_mixed: whether that of depth changes over lengths of all sizes about `smooth_length`.
         is_stated: whether `smooth` is what the scene states of the sensor.
+        grain: pixels whose average scatters as one does: an average over fewer is known as one.
     """
 
     pixel: float
@@ -64,6 +66,7 @@ class NoiseModel:
     standing: float = 0.0
     is_mixed: bool = False
     is_stated: bool = False
+    grain: float = 1.0
 
     def depth_covariance(self, centers: FloatArray, counts: FloatArray) -> FloatArray:
         """Return the covariance of patches of depth [m^2], shape (n, n).
@@ -74,7 +77,8 @@ class NoiseModel:
         """
         variance = (1.0 - self.common) * (1.0 - self.standing) * self.smooth**2
         shared = variance * kernel(centers, self.smooth_length, is_mixed=self.is_mixed)
-        return shared + np.diag(self.pixel**2 / counts + self.rough**2)
+        own = self.pixel**2 * np.minimum(self.grain / counts, 1.0)
+        return shared + np.diag(own + self.rough**2)
 
     def edge_covariance(
         self, centers: FloatArray, counts: FloatArray, pixel_sizes: FloatArray
@@ -145,14 +149,17 @@ def noise_of(observation: Observation, sensor: DepthSensor) -> NoiseModel:
     known = {} if is_measured else _UNMEASURED
     if sensor.smooth_error > 0.0:
         known = {**known, 'smooth': sensor.smooth_error}
-    # Rounding is noise too, as long as the true depth varies over a patch.
+    # Rounding is noise too, as long as the true depth varies over a patch; each pixel's own.
     rounding = sensor.quantization / np.sqrt(12.0 * max(observation.frame_count, 1))
+    whole = float(np.hypot(pixel, rounding))
+    grain = observation.grain if is_measured else 1.0
     return NoiseModel(
-        pixel=float(np.hypot(pixel, rounding)),
+        pixel=whole,
         is_measured=bool(is_measured),
         is_stated=sensor.smooth_error > 0.0,
         common=_COMMON if is_moving else 0.0,
         is_mixed=False,
+        grain=1.0 + (grain - 1.0) * (pixel / whole) ** 2 if whole > 0.0 else 1.0,
         **known,
     )
 
