@@ -14,8 +14,9 @@ from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.make_evaluator import make_patch_evaluator
 from diffcal_ros.diagnosis.patches.noise_model import noise_of
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_gap import residual_size
 from diffcal_ros.diagnosis.patches.rigid_reference import with_fixture_offset
-from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import library_groups
 from diffcal_ros.scene.model import Scene

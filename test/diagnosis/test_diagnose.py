@@ -6,7 +6,8 @@ import json
 
 from diffcal_ros.diagnosis.answers import Evidence, Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.settings import DiagnosisSettings
 from diffcal_ros.diagnosis.verdict.verdict import save_verdict
 from diffcal_ros.report.tables.verdict_text import verdict_lines

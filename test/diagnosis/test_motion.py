@@ -11,7 +11,8 @@ from diffcal_ros.diagnosis.model_comparison.parameters_in_any_form import in_any
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 from diffcal_ros.scene.model import Quantity

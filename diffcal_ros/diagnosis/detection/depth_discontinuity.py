@@ -19,10 +19,11 @@ from diffcal_ros.diagnosis.detection.sharp_limits import are_parts, placed_by_pi
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.boundary_strip import knows_boundary
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_gap import tangent_slack
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import cells_of_depth, sums_by_cell
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.projection import Projection
 from diffcal_ros.effects.registry import seen_boundary
 from diffcal_ros.effects.surface_parts import SurfacePart

@@ -8,7 +8,8 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.null_distribution import chances_of_clean
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap, PatchGap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.screening import Screen
 import numpy as np
 

@@ -12,7 +12,8 @@ from diffcal_ros.diagnosis.model_comparison.owed_to_poses import owed_to_poses
 from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.whitened import excess_over, Part
+from diffcal_ros.diagnosis.patches.patch_gap import excess_over
+from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
 
 # Log evidence is that of a noise model which is a guess: it counts for so much.

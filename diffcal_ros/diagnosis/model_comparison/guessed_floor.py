@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
+from diffcal_ros.diagnosis.patches.patch_gap import residuals_by_patch
 from diffcal_ros.diagnosis.patches.patch_group import PatchName
-from diffcal_ros.diagnosis.patches.whitened import Part, residuals_by_patch
+from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
 from numpy.typing import NDArray
 

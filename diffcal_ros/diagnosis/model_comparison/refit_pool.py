@@ -15,7 +15,8 @@ from diffcal_ros.diagnosis.model_comparison.refit_requests import Continuation, 
 from diffcal_ros.diagnosis.patch_fits.patch_fit import FROM_A_FIT
 from diffcal_ros.diagnosis.patch_fits.refit import MAX_ITERATIONS, Refit, weighed_anew
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
-from diffcal_ros.diagnosis.patches.whitened import Part, residual_size
+from diffcal_ros.diagnosis.patches.patch_gap import residual_size
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.usual_sizes import all_sized
 import numpy as np
 

@@ -44,7 +44,8 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import (
 from diffcal_ros.diagnosis.model_comparison.single_effects import refitted_singles
 from diffcal_ros.diagnosis.model_comparison.swapped_pairs import with_swapped
 from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE
-from diffcal_ros.diagnosis.patches.whitened import independent_count, Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import independent_count, Part, whiten
 from diffcal_ros.diagnosis.screening.screening import Screen
 from diffcal_ros.diagnosis.screening.shortlist import with_tangents
 import numpy as np

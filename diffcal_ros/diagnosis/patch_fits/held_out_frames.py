@@ -10,9 +10,10 @@ explained by it.
 from collections.abc import Sequence
 
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap, PatchGap
 from diffcal_ros.diagnosis.patches.patch_group import moved, PatchGroup
 from diffcal_ros.diagnosis.patches.patches import cell_places
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, PatchGap
+from diffcal_ros.diagnosis.patches.whitened import Part
 import numpy as np
 from numpy.typing import NDArray
 

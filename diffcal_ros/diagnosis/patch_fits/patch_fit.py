@@ -8,15 +8,10 @@ from dataclasses import dataclass
 from diffcal_ros.calibration.forward.led_there import lead_to
 from diffcal_ros.calibration.parameters.longest_steps import longest_steps
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_gap import residual_size
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import (
-    chosen_patches,
-    Part,
-    residual_size,
-    whiten,
-    Whitened,
-)
+from diffcal_ros.diagnosis.patches.whitened import chosen_patches, Part, whiten, Whitened
 from diffcal_ros.errors import NotSimulatedError
 from diffcal_ros.least_squares.boxed_step import boxed_step
 from diffcal_ros.least_squares.gauss_newton import gauss_newton_step

@@ -15,8 +15,8 @@ from diffcal_ros.calibration.forward.led_there import lead_to
 from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_gap import tangent_slack
 from diffcal_ros.diagnosis.patches.patch_group import columns_of, PatchGroup, Rows, with_columns
-from diffcal_ros.diagnosis.patches.whitened import tangent_slack
 from diffcal_ros.diagnosis.screening.candidates import Candidate, shown_effects
 from diffcal_ros.diagnosis.screening.screen_sight import ScreenSight, seen_through
 from diffcal_ros.diagnosis.screening.usual_sizes import sized

@@ -20,8 +20,9 @@ from diffcal_ros.diagnosis.model_comparison.second_effect import PAIR_GAIN
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.smooth_sizes import with_larger_error
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.moved_together import class_with_fixture, words_with_fixture
 from diffcal_ros.diagnosis.verdict.unknown import FAR_ABOVE, LEAST_CLOSURE, POOR

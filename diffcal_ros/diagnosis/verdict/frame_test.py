@@ -12,15 +12,10 @@ from dataclasses import dataclass
 from diffcal_ros.diagnosis.patch_fits.free_fields import free_fields
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patches.patch_evaluator import PatchEvaluator
+from diffcal_ros.diagnosis.patches.patch_gap import closed_fraction, tangent_slack
 from diffcal_ros.diagnosis.patches.patch_group import of_the_body, PatchGroup
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import (
-    chosen_patches,
-    closed_fraction,
-    Part,
-    tangent_slack,
-    whiten,
-)
+from diffcal_ros.diagnosis.patches.whitened import chosen_patches, Part, whiten
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve

@@ -9,7 +9,8 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hyp
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import gap_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import unstrained
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict.field_witness import FieldWitness
 from diffcal_ros.diagnosis.verdict.frame_test import ClassScore
 from diffcal_ros.diagnosis.verdict.verdict import StandIn

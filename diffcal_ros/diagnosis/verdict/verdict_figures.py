@@ -15,7 +15,8 @@ from diffcal_ros.diagnosis.model_comparison.selection import Selection
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
 from diffcal_ros.diagnosis.patch_fits.strain import is_strained, unstrained
-from diffcal_ros.diagnosis.patches.whitened import closed_fraction, Part, patch_gap, PatchGap
+from diffcal_ros.diagnosis.patches.patch_gap import closed_fraction, patch_gap, PatchGap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.screening.screening import Screen, screen
 from diffcal_ros.diagnosis.verdict.effect_course import course_of

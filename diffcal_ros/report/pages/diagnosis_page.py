@@ -11,7 +11,8 @@ from diffcal_ros.atomic_file import write_text_atomically
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import DiagnosisTrace
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict.verdict import Diagnosis
 from diffcal_ros.effects.registry import EFFECTS, seen_boundary, what_settles
 from diffcal_ros.effects.spots import spots_of

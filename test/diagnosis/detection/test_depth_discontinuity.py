@@ -13,8 +13,9 @@ from diffcal_ros.diagnosis.detection.depth_discontinuity import (
 )
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
+from diffcal_ros.diagnosis.patches.patch_gap import tangent_slack
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, tangent_slack, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.effects.registry import EFFECTS
 import numpy as np
 import pytest

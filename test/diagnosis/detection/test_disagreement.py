@@ -12,9 +12,10 @@ from diffcal_ros.diagnosis.detection.disagreement import (
     measure_disagreement,
 )
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 import numpy as np
 import pytest

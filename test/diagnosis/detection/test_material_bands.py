@@ -10,7 +10,8 @@ from diffcal_ros.diagnosis.detection.depth_discontinuity import Jumps
 from diffcal_ros.diagnosis.detection.material_bands import best_borders, find_bands
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.effects import bands
 import numpy as np
 import pytest

@@ -16,9 +16,10 @@ from diffcal_ros.diagnosis.model_comparison.form_basis import FormBasis
 from diffcal_ros.diagnosis.model_comparison.form_ways import Ways, ways_of
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.patch_group import moved
 from diffcal_ros.diagnosis.patches.regularised_prior import regularised_prior
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.shortlist import starts_of
 import numpy as np
 import pytest

@@ -14,7 +14,8 @@ from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
 from diffcal_ros.diagnosis.model_comparison.second_effect import Explained
 from diffcal_ros.diagnosis.model_comparison.selection import _believable_first, Selection
 from diffcal_ros.diagnosis.patch_fits.refit import AS_NOISE
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, precision_of
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part, precision_of
 import numpy as np
 import pytest
 from support.judged_models import refitted_with

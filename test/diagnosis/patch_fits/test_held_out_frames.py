@@ -10,9 +10,10 @@ from diffcal_ros.calibration.parameters.parameter_layout import make_parameters
 from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.patch_fits.held_out_frames import told_frame_by_frame
 from diffcal_ros.diagnosis.patches.noise_model import CommonError
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
 from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.time_knot import TimeKnot
 import numpy as np
 import pytest

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
 from diffcal_ros.diagnosis.patch_fits.refit import Refit
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap, whiten
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part, whiten
 from diffcal_ros.diagnosis.screening.candidates import candidates
 from diffcal_ros.diagnosis.screening.screening import screen
 import numpy as np

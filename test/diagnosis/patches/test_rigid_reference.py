@@ -11,8 +11,9 @@ from diffcal_ros.calibration.parameters.parameters import ParameterSet
 from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.diagnose import diagnose
 from diffcal_ros.diagnosis.nominal_fit import fit_nominal
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.rigid_reference import _widened
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.scene.sections.fixture import blocks_fixture
 import numpy as np
 import pytest

@@ -1,53 +1,16 @@
 # SPDX-FileCopyrightText: diffcal_ros maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Two models compared patch by patch."""
+"""Patches in units of their noise, and what they cost by it."""
 
 from dataclasses import replace
 
 from diffcal_ros.diagnosis.patches.noise_model import CommonError, kernel
 from diffcal_ros.diagnosis.patches.patch_group import PatchGroup
-from diffcal_ros.diagnosis.patches.patches import Patches
-from diffcal_ros.diagnosis.patches.whitened import excess_over, independent_count, Part, whiten
+from diffcal_ros.diagnosis.patches.whitened import independent_count, Part, whiten
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
-
-_FIXTURE = 0.030  # What shows something else than the body is off by that in every model [m].
-
-
-def group(values, cells=None):
-    values = np.asarray(values)
-    count = len(values)
-    patches = Patches(
-        values=values,
-        jacobian=np.zeros((count, 0)),
-        covariance=np.eye(count),
-        centers=np.zeros((count, 2)),
-        cells=np.arange(count) if cells is None else np.asarray(cells),
-        weights=np.ones(count),
-        common=CommonError(np.zeros(count), 1.0),
-    )
-    return PatchGroup(0, 'depth', 0, patches, np.zeros(count), np.ones(count, dtype=bool))
-
-
-def test_a_part_that_only_one_model_meets_is_not_outvoted():
-    best = [group([0.001] * 8 + [_FIXTURE] * 2)]
-    rival = [group([0.001] * 6 + [-0.020] * 2 + [_FIXTURE] * 2)]
-    # Two of ten patches, at five millimetres each.
-    assert excess_over(rival, best, Part.REPORT) == pytest.approx(0.001)
-    assert excess_over(best, rival, Part.REPORT) == pytest.approx(-0.001)
-
-
-def test_what_no_model_meets_says_nothing():
-    best = [group([0.001] * 8 + [_FIXTURE] * 2)]
-    rival = [group([-0.0012] * 8 + [_FIXTURE] * 2)]
-    assert excess_over(rival, best, Part.REPORT) == pytest.approx(0.8 * 0.0002)
-
-
-def test_only_patches_that_both_see_are_compared():
-    best, rival = [group([0.001, 0.002])], [group([0.009, 0.0025], cells=[7, 1])]
-    assert excess_over(rival, best, Part.REPORT) == pytest.approx(0.0005)
-    assert np.isnan(excess_over([group([0.001], cells=[7])], best, Part.REPORT))
+from support.unit_patches import unit_group
 
 
 def _uneven(standing: float) -> tuple[list[PatchGroup], list[np.ndarray], list[np.ndarray]]:
@@ -55,7 +18,7 @@ def _uneven(standing: float) -> tuple[list[PatchGroup], list[np.ndarray], list[n
     random = np.random.default_rng(6)
     groups, covariances, evens = [], [], []
     for view in range(2):
-        own = group(random.normal(size=7))
+        own = unit_group(random.normal(size=7))
         centers, uneven = random.uniform(0.0, 200.0, (7, 2)), random.uniform(0.0, 3.0, 7)
         even = np.diag(random.uniform(0.5, 2.0, 7)) + 0.5 * kernel(centers, 80.0)
         error = CommonError(np.full(7, standing), 80.0)
@@ -104,7 +67,7 @@ def test_what_views_have_in_common_is_in_that_determinant():
 
 def test_a_patch_counts_less_by_what_is_left_of_it_where_that_is_told():
     """Beyond five standard deviations, and then in proportion to how far off it is."""
-    far = group([20.0, 1.0])
+    far = unit_group([20.0, 1.0])
     seen = whiten([far], Part.ALL)
     assert seen.has_far_off
     np.testing.assert_allclose(seen.values, [20.0 / np.sqrt(20.0 / 5.0), 1.0])
@@ -123,7 +86,7 @@ def test_being_far_off_adds_to_the_log_determinant():
     common = CommonError(np.full(30, 8.0), 2000.0)
 
     def seen(values):
-        own = group(values)
+        own = unit_group(values)
         own = replace(own, patches=replace(own.patches, centers=centers, standing=common))
         return own.patches, whiten([own], Part.ALL)
 
@@ -182,6 +145,6 @@ def test_the_size_of_noise_scatters_as_that_of_so_many_independent_patches(stand
 
 
 def test_patches_that_share_nothing_count_one_each():
-    assert independent_count([group(np.zeros(9))], Part.REPORT) == pytest.approx(9.0)
-    rigid = replace(group(np.zeros(5)), is_rigid=True)
-    assert independent_count([group(np.zeros(9)), rigid], Part.REPORT) == pytest.approx(9.0)
+    assert independent_count([unit_group(np.zeros(9))], Part.REPORT) == pytest.approx(9.0)
+    rigid = replace(unit_group(np.zeros(5)), is_rigid=True)
+    assert independent_count([unit_group(np.zeros(9)), rigid], Part.REPORT) == pytest.approx(9.0)

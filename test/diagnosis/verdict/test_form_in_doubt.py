@@ -9,7 +9,8 @@ from diffcal_ros.diagnosis.answers import Verdict
 from diffcal_ros.diagnosis.detection.disagreement import measure_disagreement
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.hypothesis import Hypothesis
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.verdict import form_in_doubt, naming
 from diffcal_ros.diagnosis.verdict.conclude import conclude
 from diffcal_ros.diagnosis.verdict.form_in_doubt import with_form_in_doubt

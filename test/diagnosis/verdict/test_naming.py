@@ -17,9 +17,10 @@ from diffcal_ros.diagnosis.model_comparison import absence
 from diffcal_ros.diagnosis.model_comparison.choice import Choice
 from diffcal_ros.diagnosis.model_comparison.effect_refit import try_effects
 from diffcal_ros.diagnosis.model_comparison.hypothesis import FARTHEST_FORM, Hypothesis
+from diffcal_ros.diagnosis.patches.patch_gap import patch_gap
 from diffcal_ros.diagnosis.patches.patch_group import with_columns
 from diffcal_ros.diagnosis.patches.smooth_sizes import with_larger_error
-from diffcal_ros.diagnosis.patches.whitened import Part, patch_gap
+from diffcal_ros.diagnosis.patches.whitened import Part
 from diffcal_ros.diagnosis.screening.candidates import Candidate
 from diffcal_ros.diagnosis.verdict import doubts, naming
 from diffcal_ros.diagnosis.verdict.doubts import doubts_about
