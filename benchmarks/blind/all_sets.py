@@ -26,6 +26,7 @@ _SETS = (
     *('twentythird', 'twentyfourth', 'twentyfifth', 'twentysixth', 'twentyseventh'),
     *('twentyeighth', 'twentyninth', 'thirtieth', 'thirtyfirst', 'thirtysecond'),
     *('thirtythird', 'thirtyfourth', 'thirtyfifth', 'thirtysixth', 'thirtyseventh'),
+    'thirtyeighth',
 )
 _BEGIN, _END = '<!-- python -m benchmarks.blind.all_sets -->\n', '<!-- end -->\n'
 # Outcomes of single effects, in the order of their columns.

@@ -5,7 +5,8 @@
 from dataclasses import dataclass, replace
 
 from diffcal_ros.errors import InputError
-from diffcal_ros.fem.body_line import body_line, BodyLine
+from diffcal_ros.fem.body_line import body_line, BodyLine, is_branched
+from diffcal_ros.fem.load_path import load_path
 from diffcal_ros.rigid_transform import apply
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
@@ -188,6 +189,37 @@ def body_axes(
     middle = free.mean(axis=0)
     # Fewer than three points have fewer rows than a frame needs, unless all are asked for.
     _, _, axes = np.linalg.svd(free - middle, full_matrices=len(free) < 3)
+    found = _along(rest, held, middle, axes)
+    section = _section_axes(own if border is None else rest[border], middle)
+    found = replace(found, center=center, section=section)
+    if mesh is None:
+        return found
+    is_amid = _is_amid(rest @ found.axes[0], held)
+    if not is_amid and is_branched(rest, mesh, held):
+        path = load_path(rest, mesh, held)
+        if path is None:
+            return found
+        straight = _along(rest, held, path.middle, _axes_by(path.way, free - path.middle))
+        return replace(straight, center=center, section=section)
+    line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
+    if line is None or line.length < _BENT * np.ptp(line.middles[:, 0]):
+        return found
+    return replace(found, length=line.length, line=line)
+
+
+def _along(
+    rest: FloatArray, held: NDArray[np.int32], middle: FloatArray, axes: FloatArray
+) -> BodyAxes:
+    """Return the axes of a body that goes straight through a point, along the first of some axes.
+
+    Args:
+        rest: nodes at rest [m], shape (N, 3).
+        held: indices of the held ones.
+        middle: point of the axis [m], shape (3,).
+        axes: unit rows, of either sign, shape (3, 3).
+    """
+    own, axes = rest[held], axes.copy()
+    center = 0.5 * (own.min(axis=0) + own.max(axis=0))
     # Signs that do not depend on the mesh: along away from the clamp, across towards larger
     # coordinates, and right-handed.
     if (middle - center) @ axes[0] < 0.0:
@@ -197,25 +229,32 @@ def body_axes(
     axes[2] = np.cross(axes[0], axes[1])
     along = rest @ axes[0]
     begin, end = float(along[held].max()), float(along.max())
-    behind, extent = float(along[held].min() - along.min()), float(np.ptp(along))
     # Held at both ends, or amid its length: from one end of what is free to the other one.
-    is_amid = end - begin < _NO_END * extent or behind > _TWO_ARMS * extent
-    if is_amid:
+    if _is_amid(along, held):
         begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
     root = middle + (begin - middle @ axes[0]) * axes[0]
-    found = BodyAxes(
-        root=root,
-        axes=axes,
-        length=max(end - begin, 1e-9),
-        center=center,
-        section=_section_axes(own if border is None else rest[border], middle),
-    )
-    if mesh is None:
-        return found
-    line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
-    if line is None or line.length < _BENT * np.ptp(line.middles[:, 0]):
-        return found
-    return replace(found, length=line.length, line=line)
+    return BodyAxes(root, axes, max(end - begin, 1e-9), center, np.eye(3))
+
+
+def _is_amid(along: FloatArray, held: NDArray[np.int32]) -> bool:
+    """Tell whether a body is held at both ends, or goes on to both sides of its clamp.
+
+    Args:
+        along: how far along its axis nodes are [m], shape (N,).
+        held: indices of the held ones.
+    """
+    begin, end = float(along[held].max()), float(along.max())
+    behind, extent = float(along[held].min() - along.min()), float(np.ptp(along))
+    return end - begin < _NO_END * extent or behind > _TWO_ARMS * extent
+
+
+def _axes_by(way: FloatArray, points: FloatArray) -> FloatArray:
+    """Return unit rows: a way, and across it, the direction first in which points are spread."""
+    beside = points - np.outer(points @ way, way)
+    _, _, axes = np.linalg.svd(beside, full_matrices=len(points) < 3)
+    across = axes[0] - (axes[0] @ way) * way
+    across /= np.linalg.norm(across)
+    return np.stack([way, across, np.cross(way, across)])
 
 
 def _section_axes(points: FloatArray, free: FloatArray) -> FloatArray:

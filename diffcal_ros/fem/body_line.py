@@ -154,15 +154,13 @@ def body_line(
     Returns:
         None where it goes along several ways at once, is in pieces, or all at one place.
     """
-    first, second = mesh.edges[0].T
-    lengths = np.linalg.norm(nodes[second] - nodes[first], axis=1)
-    graph = csr_array((lengths, (first, second)), shape=(len(nodes), len(nodes)))
+    graph = _edges(nodes, mesh)
     begin = _begin(graph, nodes, held) if is_amid else held
     ways = dijkstra(graph, directed=False, indices=begin, min_only=True)
     if not np.isfinite(ways).all() or ways.max() <= 0.0:
         return None
     along = ways / ways.max()
-    if _is_branched(mesh, along):
+    if _has_arms(mesh, along):
         return None
     # One node is a tip, and no clamp.
     clamp = begin if len(begin) > 1 else np.zeros(0, dtype=np.int32)
@@ -215,7 +213,28 @@ def _projected(line: BodyLine, clamp: IntArray, end: float) -> FloatArray:
     return along
 
 
-def _is_branched(mesh: TetMesh, along: FloatArray) -> bool:
+def is_branched(nodes: FloatArray, mesh: TetMesh, held: IntArray) -> bool:
+    """Tell whether a body goes along several ways at once from what is held of it.
+
+    Args:
+        nodes: at rest [m], shape (V, 3).
+        mesh: whose vertices they are.
+        held: vertices, shape (h,).
+    """
+    ways = dijkstra(_edges(nodes, mesh), directed=False, indices=held, min_only=True)
+    return bool(
+        np.isfinite(ways).all() and ways.max() > 0.0 and _has_arms(mesh, ways / ways.max())
+    )
+
+
+def _edges(nodes: FloatArray, mesh: TetMesh) -> csr_array:
+    """Return the lengths of a mesh's edges [m], shape (V, V)."""
+    first, second = mesh.edges[0].T
+    lengths = np.linalg.norm(nodes[second] - nodes[first], axis=1)
+    return csr_array((lengths, (first, second)), shape=(len(nodes), len(nodes)))
+
+
+def _has_arms(mesh: TetMesh, along: FloatArray) -> bool:
     """Tell whether sections of a body are in several pieces: arms, prongs, a hole."""
     low, high = along[mesh.tets].min(axis=1), along[mesh.tets].max(axis=1)
     several = 0

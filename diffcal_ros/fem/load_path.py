@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: diffcal_ros maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Which way a branched body goes: as it carries what hangs on it.
+
+The direction in which most of it is spread is none of a body with teeth, prongs or arms: they
+count as much as the spine that bears them. What is bent or softer at one place moves all that
+hangs beyond it, so places count by that. It is the flux of what each part brings along to the
+clamp by the least way, the gradient of a potential with a source everywhere (Poisson's equation):
+a spine carries all of its teeth, and a tooth itself.
+"""
+
+from dataclasses import dataclass
+
+from diffcal_ros.tet_mesh import TetMesh
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import spsolve
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoadPath:
+    """Where the load of a body goes.
+
+    Attributes:
+        way: unit vector, away from the clamp, shape (3,).
+        middle: of the places where it goes [m], shape (3,).
+    """
+
+    way: FloatArray
+    middle: FloatArray
+
+
+def load_path(nodes: FloatArray, mesh: TetMesh, held: NDArray[np.int32]) -> LoadPath | None:
+    """Find where the load of a body goes; each place counts by the square of what it carries.
+
+    Args:
+        nodes: at rest [m], shape (V, 3).
+        mesh: whose vertices they are.
+        held: vertices that carry all, shape (h,).
+
+    Returns:
+        None where it goes as much one way as the other, or some parts are held by nothing.
+    """
+    flux, volumes = _flux(nodes, mesh.tets, held)
+    squares = volumes * np.einsum('ti,ti->t', flux, flux)
+    total = float(squares.sum())
+    if not np.isfinite(total) or total <= 0.0:
+        return None
+    way = -squares @ flux
+    size = float(np.linalg.norm(way))
+    # Of what goes to both sides the most is taken back.
+    if size < 0.5 * float(squares @ np.linalg.norm(flux, axis=1)):
+        return None
+    middles = nodes[mesh.tets].mean(axis=1)
+    return LoadPath(way / size, squares @ middles / total)
+
+
+def _flux(
+    nodes: FloatArray, tets: NDArray[np.int32], held: NDArray[np.int32]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the flux to what is held in each tetrahedron [m], shape (T, 3), and volumes (T,)."""
+    corners = nodes[tets]
+    edges = corners[:, 1:] - corners[:, :1]
+    volumes = np.abs(np.linalg.det(edges)) / 6.0
+    inner = np.swapaxes(np.linalg.inv(edges), 1, 2)
+    slopes = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+    products = np.einsum('tia,tja,t->tij', slopes, slopes, volumes)
+    count = len(nodes)
+    rows, columns = np.repeat(tets, 4, axis=1).ravel(), np.tile(tets, (1, 4)).ravel()
+    matrix = coo_array((products.ravel(), (rows, columns)), shape=(count, count)).tocsr()
+    source = np.bincount(tets.ravel(), np.repeat(volumes / 4.0, 4), minlength=count)
+    free = np.setdiff1d(np.unique(tets), held)
+    potential = np.zeros(count)
+    potential[free] = spsolve(matrix[free][:, free].tocsc(), source[free])
+    return -np.einsum('ti,tia->ta', potential[tets], slopes), volumes
