@@ -183,32 +183,33 @@ def body_axes(
             f'all {len(rest)} nodes are held, by the clamp and what supports the body until it is '
             'let go: leave some of them free to deform'
         )
-    own = rest[held]
-    center = 0.5 * (own.min(axis=0) + own.max(axis=0))
     free = np.delete(rest, held, axis=0)
     middle = free.mean(axis=0)
     # Fewer than three points have fewer rows than a frame needs, unless all are asked for.
     _, _, axes = np.linalg.svd(free - middle, full_matrices=len(free) < 3)
-    found = _along(rest, held, middle, axes)
-    section = _section_axes(own if border is None else rest[border], middle)
-    found = replace(found, center=center, section=section)
+    section = _section_axes(rest[held if border is None else border], middle)
+    found = _along(rest, held, middle, axes, section)
     if mesh is None:
         return found
     is_amid = _is_amid(rest @ found.axes[0], held)
-    if not is_amid and is_branched(rest, mesh, held):
+    line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
+    if line is None and not is_amid and is_branched(rest, mesh, held):
         path = load_path(rest, mesh, held)
         if path is None:
             return found
-        straight = _along(rest, held, path.middle, _axes_by(path.way, free - path.middle))
-        return replace(straight, center=center, section=section)
-    line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
+        frame = _axes_by(path.way, free - path.middle)
+        return _along(rest, held, path.middle, frame, section)
     if line is None or line.length < _BENT * np.ptp(line.middles[:, 0]):
         return found
     return replace(found, length=line.length, line=line)
 
 
 def _along(
-    rest: FloatArray, held: NDArray[np.int32], middle: FloatArray, axes: FloatArray
+    rest: FloatArray,
+    held: NDArray[np.int32],
+    middle: FloatArray,
+    axes: FloatArray,
+    section: FloatArray,
 ) -> BodyAxes:
     """Return the axes of a body that goes straight through a point, along the first of some axes.
 
@@ -217,6 +218,7 @@ def _along(
         held: indices of the held ones.
         middle: point of the axis [m], shape (3,).
         axes: unit rows, of either sign, shape (3, 3).
+        section: where the clamp ends, see `BodyAxes`.
     """
     own, axes = rest[held], axes.copy()
     center = 0.5 * (own.min(axis=0) + own.max(axis=0))
@@ -233,7 +235,7 @@ def _along(
     if _is_amid(along, held):
         begin, end = float(np.delete(along, held).min()), float(np.delete(along, held).max())
     root = middle + (begin - middle @ axes[0]) * axes[0]
-    return BodyAxes(root, axes, max(end - begin, 1e-9), center, np.eye(3))
+    return BodyAxes(root, axes, max(end - begin, 1e-9), center, section)
 
 
 def _is_amid(along: FloatArray, held: NDArray[np.int32]) -> bool:
