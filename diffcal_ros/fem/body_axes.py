@@ -193,8 +193,8 @@ def body_axes(
         return found
     is_amid = _is_amid(rest @ found.axes[0], held)
     line = body_line(found.own(rest), mesh, held, is_amid=is_amid)
-    if line is None and not is_amid and is_branched(rest, mesh, held):
-        path = load_path(rest, mesh, held)
+    if line is None and not is_amid and is_branched(mesh, held):
+        path = load_path(mesh, held)
         if path is None:
             return found
         frame = _axes_by(path.way, free - path.middle)

@@ -213,15 +213,14 @@ def _projected(line: BodyLine, clamp: IntArray, end: float) -> FloatArray:
     return along
 
 
-def is_branched(nodes: FloatArray, mesh: TetMesh, held: IntArray) -> bool:
+def is_branched(mesh: TetMesh, held: IntArray) -> bool:
     """Tell whether a body goes along several ways at once from what is held of it.
 
     Args:
-        nodes: at rest [m], shape (V, 3).
-        mesh: whose vertices they are.
+        mesh: of the body at rest.
         held: vertices, shape (h,).
     """
-    ways = dijkstra(_edges(nodes, mesh), directed=False, indices=held, min_only=True)
+    ways = dijkstra(_edges(mesh.rest_positions, mesh), directed=False, indices=held, min_only=True)
     return bool(
         np.isfinite(ways).all() and ways.max() > 0.0 and _has_arms(mesh, ways / ways.max())
     )

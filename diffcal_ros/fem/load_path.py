@@ -11,10 +11,11 @@ a spine carries all of its teeth, and a tooth itself.
 
 from dataclasses import dataclass
 
+from diffcal_ros.fem.elements.element import discretise, Element, rest_laplacian
 from diffcal_ros.tet_mesh import TetMesh
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array, diags_array
+from scipy.sparse import csr_matrix, diags_array
 from scipy.sparse.linalg import cg
 
 FloatArray = NDArray[np.float64]
@@ -36,19 +37,18 @@ class LoadPath:
     middle: FloatArray
 
 
-def load_path(nodes: FloatArray, mesh: TetMesh, held: NDArray[np.int32]) -> LoadPath | None:
+def load_path(mesh: TetMesh, held: NDArray[np.int32]) -> LoadPath | None:
     """Find where the load of a body goes; each place counts by the square of what it carries.
 
     Args:
-        nodes: at rest [m], shape (V, 3).
-        mesh: whose vertices they are.
+        mesh: of the body at rest.
         held: vertices that carry all, shape (h,).
 
     Returns:
         None where it goes as much one way as the other, or some parts are held by nothing.
     """
-    flux, volumes = _flux(nodes, mesh.tets, held)
-    squares = volumes * np.einsum('ti,ti->t', flux, flux)
+    flux = _flux(mesh, held)
+    squares = mesh.volumes * np.einsum('ti,ti->t', flux, flux)
     total = float(squares.sum())
     if not np.isfinite(total) or total <= 0.0:
         return None
@@ -57,31 +57,22 @@ def load_path(nodes: FloatArray, mesh: TetMesh, held: NDArray[np.int32]) -> Load
     # Of what goes to both sides the most is taken back.
     if size < 0.5 * float(squares @ np.linalg.norm(flux, axis=1)):
         return None
-    middles = nodes[mesh.tets].mean(axis=1)
-    return LoadPath(way / size, squares @ middles / total)
+    return LoadPath(way / size, squares @ mesh.centroids / total)
 
 
-def _flux(
-    nodes: FloatArray, tets: NDArray[np.int32], held: NDArray[np.int32]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the flux to what is held in each tetrahedron [m], shape (T, 3), and volumes (T,)."""
-    corners = nodes[tets]
-    edges = corners[:, 1:] - corners[:, :1]
-    volumes = np.abs(np.linalg.det(edges)) / 6.0
-    inner = np.swapaxes(np.linalg.inv(edges), 1, 2)
-    slopes = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
-    products = np.einsum('tia,tja,t->tij', slopes, slopes, volumes)
-    count = len(nodes)
-    rows, columns = np.repeat(tets, 4, axis=1).ravel(), np.tile(tets, (1, 4)).ravel()
-    matrix = coo_array((products.ravel(), (rows, columns)), shape=(count, count)).tocsr()
-    source = np.asarray(np.bincount(tets.ravel(), np.repeat(volumes / 4.0, 4), count), float)
-    free = np.setdiff1d(np.unique(tets), held)
-    potential = np.zeros(count)
-    potential[free] = _solved(matrix[free][:, free].tocsr(), source[free])
-    return -np.einsum('ti,tia->ta', potential[tets], slopes), volumes
+def _flux(mesh: TetMesh, held: NDArray[np.int32]) -> FloatArray:
+    """Return the flux to what is held in each tetrahedron [m], shape (T, 3)."""
+    linear = discretise(mesh, Element.LINEAR)
+    matrix = rest_laplacian(linear).tocsr()
+    source = np.zeros(linear.node_count)
+    np.add.at(source, linear.nodes, linear.load_fractions)
+    free = np.setdiff1d(np.unique(linear.nodes), held)
+    potential = np.zeros(linear.node_count)
+    potential[free] = _solved(matrix[free][:, free], source[free])
+    return -np.einsum('ta,tai->ti', potential[linear.nodes], linear.gradients[:, 0])
 
 
-def _solved(matrix: csr_array, source: FloatArray) -> FloatArray:
+def _solved(matrix: csr_matrix, source: FloatArray) -> FloatArray:
     """Solve Poisson's equation by conjugate gradients: factors of a fine mesh would be large."""
     found, _ = cg(
         matrix,

@@ -13,6 +13,7 @@ from enum import Enum
 from diffcal_ros.tet_mesh import TET_EDGES, TetMesh
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -71,6 +72,16 @@ def corner_gradients(mesh: TetMesh) -> FloatArray:
     gradients[:, 1:] = inverse.transpose(0, 2, 1)
     gradients[:, 0] = -gradients[:, 1:].sum(axis=1)
     return gradients
+
+
+def rest_laplacian(discretisation: Discretisation) -> csc_matrix:
+    """Return the stiffness of Poisson's equation on the body at rest [m], shape (N, N)."""
+    gradients, nodes = discretisation.gradients, discretisation.nodes
+    blocks = np.einsum('tq,tqai,tqbi->tab', discretisation.weights, gradients, gradients)
+    count = nodes.shape[1]
+    rows, columns = np.repeat(nodes, count, axis=1), np.tile(nodes, (1, count))
+    shape = (discretisation.node_count, discretisation.node_count)
+    return csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
 def discretise(mesh: TetMesh, element: Element) -> Discretisation:

@@ -12,7 +12,7 @@ beam takes 6 steps instead of 18.
 
 from collections.abc import Callable
 
-from diffcal_ros.fem.elements.element import Discretisation
+from diffcal_ros.fem.elements.element import Discretisation, rest_laplacian
 from diffcal_ros.fem.elements.sparse_pattern import SparsePattern
 from diffcal_ros.fem.linear_solvers.multifrontal import MultifrontalSolver
 from diffcal_ros.fem.statics.rotation_step_kernels import add_turned_gradients
@@ -45,7 +45,7 @@ class RotationStep:
         free_nodes = pattern.free_nodes
         self._free = free_nodes
         self._held = np.setdiff1d(np.arange(discretisation.node_count), free_nodes)
-        laplacian = _rest_laplacian(discretisation)
+        laplacian = rest_laplacian(discretisation)
         self._to_held = laplacian[free_nodes][:, self._held]
         self._solve = _solver(laplacian[free_nodes][:, free_nodes].tocsc(), pattern)
         self._launcher = Launcher(device)
@@ -103,12 +103,3 @@ def _solver(matrix: csc_matrix, pattern: SparsePattern) -> Callable[[FloatArray]
     frontal.factor(np.asarray(matrix[pattern.neighbours, owner]).ravel())
     frontal.finish()
     return frontal.solve
-
-
-def _rest_laplacian(discretisation: Discretisation) -> csc_matrix:
-    gradients, nodes = discretisation.gradients, discretisation.nodes
-    blocks = np.einsum('tq,tqai,tqbi->tab', discretisation.weights, gradients, gradients)
-    count = nodes.shape[1]
-    rows, columns = np.repeat(nodes, count, axis=1), np.tile(nodes, (1, count))
-    shape = (discretisation.node_count, discretisation.node_count)
-    return csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
